@@ -1,0 +1,3 @@
+"""Exact bird's-eye-view ground truth from nuScenes-style datasets."""
+
+__version__ = "0.1.0"

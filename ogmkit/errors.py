@@ -1,0 +1,28 @@
+"""Everything ogmkit raises on purpose; the command line turns these into one line on stderr.
+
+A message names the file, the record and what to do about it.
+"""
+
+
+class OgmkitError(Exception):
+    """Root of all errors that ogmkit raises on purpose."""
+
+
+class TableError(OgmkitError):
+    """A metadata table is missing, malformed, or contradicts itself or another table."""
+
+
+class DataFileError(OgmkitError):
+    """An image, LiDAR sweep or map mask is absent, unreadable, or lies outside the dataset."""
+
+
+class SettingsError(OgmkitError, ValueError):
+    """A setting or argument is out of range, unknown, or contradicts another."""
+
+
+class ShardError(OgmkitError):
+    """A shard or manifest is absent, damaged, of another version, or not ogmkit's."""
+
+
+class OutputError(OgmkitError):
+    """Results can't be written: no space, no permission, or the folder holds something else."""

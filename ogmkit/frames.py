@@ -1,0 +1,138 @@
+"""Frame records: all that targets are made from, frozen, light and picklable."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ogmkit.geometry.se3 import level_from_global
+from ogmkit.typing import BoolArray, FloatArray, IntArray, UInt8Array
+
+STEPS = 6
+"""Key frames of past and of future around a frame (DESIGN §3)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Boxes:
+    """Annotated 3D boxes of one frame, as columns; M boxes.
+
+    Attributes:
+        annotation_token: M tokens.
+        instance_token: M tokens, the same for one object over time.
+        category: M full category names, such as `vehicle.car`.
+        global_from_box: (M, 4, 4) float64; the origin is the box's centre, x its front.
+        size_wlh: (M, 3) float64, width, length, height in metres.
+        visibility: (M,) uint8, 1 to 4 as nuScenes' visibility tokens, 0 = unknown.
+        num_lidar_pts: (M,) int64.
+    """
+
+    annotation_token: tuple[str, ...]
+    instance_token: tuple[str, ...]
+    category: tuple[str, ...]
+    global_from_box: FloatArray
+    size_wlh: FloatArray
+    visibility: UInt8Array
+    num_lidar_pts: IntArray
+
+    def __len__(self) -> int:
+        return len(self.annotation_token)
+
+    def selected(self, keep: BoolArray) -> "Boxes":
+        """The boxes where the (M,) mask holds."""
+        return Boxes(
+            annotation_token=_where(self.annotation_token, keep),
+            instance_token=_where(self.instance_token, keep),
+            category=_where(self.category, keep),
+            global_from_box=self.global_from_box[keep],
+            size_wlh=self.size_wlh[keep],
+            visibility=self.visibility[keep],
+            num_lidar_pts=self.num_lidar_pts[keep],
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class LidarRecord:
+    """One LiDAR sweep: its file and its own pose, which differs from the camera's by tens of milliseconds.
+
+    Attributes:
+        path: relative to the dataset's root.
+        timestamp_us: the sweep's.
+        global_from_lidar: (4, 4) float64.
+    """
+
+    path: str
+    timestamp_us: int
+    global_from_lidar: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class FrameRecord:
+    """One key frame of one camera; nothing is read from files until asked for.
+
+    Attributes:
+        dataroot: the dataset's root folder.
+        scene_name: such as `scene-0103`.
+        location: the map's name, such as `boston-seaport`.
+        map_path: the drivable-area mask, relative to the root.
+        camera: channel name, such as `CAM_FRONT`.
+        sample_token: the key frame's token.
+        sample_data_token: the image's token.
+        timestamp_us: the image's own.
+        image_path: relative to the root.
+        image_size: (height, width) in pixels.
+        intrinsics: (3, 3) float64.
+        ego_from_camera: (4, 4) float64.
+        global_from_ego: (4, 4) float64, the ego pose of the image (DESIGN §1), not the LiDAR's.
+        boxes: all annotations of the sample, at the sample's time.
+        neighbour_timestamps_us: (13,) int64 of this camera's images at steps −6 … +6; −1 where there is none.
+        neighbour_positions_global: (13, 3) float64 of the ego there; NaN where there is none.
+        lidar: the sample's LiDAR sweep, None where the dataset has none.
+    """
+
+    dataroot: Path
+    scene_name: str
+    location: str
+    map_path: str
+    camera: str
+    sample_token: str
+    sample_data_token: str
+    timestamp_us: int
+    image_path: str
+    image_size: tuple[int, int]
+    intrinsics: FloatArray
+    ego_from_camera: FloatArray
+    global_from_ego: FloatArray
+    boxes: Boxes
+    neighbour_timestamps_us: IntArray
+    neighbour_positions_global: FloatArray
+    lidar: LidarRecord | None
+
+    @property
+    def level_from_global(self) -> FloatArray:
+        """(4, 4) float64 into this frame's level frame."""
+        return level_from_global(self.global_from_ego)
+
+    @property
+    def level_from_camera(self) -> FloatArray:
+        """(4, 4) float64 from the camera into this frame's level frame."""
+        result: FloatArray = self.level_from_global @ self.global_from_ego @ self.ego_from_camera
+        return result
+
+
+@dataclass(frozen=True, eq=False)
+class SceneRecord:
+    """One scene: its frames by camera, in temporal order.
+
+    Attributes:
+        name: the scene's name.
+        location: the map's name.
+        cameras: channel name → that camera's frames.
+    """
+
+    name: str
+    location: str
+    cameras: dict[str, tuple[FrameRecord, ...]]
+
+
+def _where(names: tuple[str, ...], keep: BoolArray) -> tuple[str, ...]:
+    return tuple(names[i] for i in np.flatnonzero(keep))

@@ -1,0 +1,1 @@
+"""Rigid transforms, pinhole cameras and polygons: plain numpy, no files."""

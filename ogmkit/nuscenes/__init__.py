@@ -1,0 +1,1 @@
+"""Reading nuScenes-style tables and maps into frozen records."""

@@ -1,0 +1,1 @@
+"""Pictures of shards, for people who would rather look than read."""

@@ -1,0 +1,1 @@
+"""Whole jobs over an executor: resumable, interruptible, bounded in memory."""

@@ -1,0 +1,1 @@
+"""Masks on the BEV grid: drivable area, vehicles, field of view, LiDAR."""

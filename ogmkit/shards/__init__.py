@@ -1,0 +1,1 @@
+"""HDF5 shards: one schema, from which writer, reader, checker and documentation come."""

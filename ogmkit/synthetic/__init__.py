@@ -1,0 +1,1 @@
+"""A valid nuScenes-style dataset out of nothing."""
