@@ -13,6 +13,8 @@ _CORNER_SIGNS = np.array(
 )
 GROUND_FACE = (2, 3, 7, 6)
 """Indices of the ground face among the eight corners, in order round it (devkit: `Box.bottom_corners`)."""
+FACES = ((0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), GROUND_FACE, (1, 2, 6, 5), (0, 3, 7, 4))
+"""Corner indices of the six faces, each in order round it."""
 EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7))
 """Pairs of corner indices: the twelve edges, the front face's four first."""
 

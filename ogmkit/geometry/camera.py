@@ -38,3 +38,19 @@ def image_from_ground(intrinsics: FloatArray, level_from_camera: FloatArray) -> 
     plane = camera_from_level[:3, [0, 1, 3]]
     homography: FloatArray = intrinsics @ plane
     return homography
+
+
+def image_from_resized(image_size: tuple[int, int], resized: tuple[int, int]) -> FloatArray:
+    """Pixels of an image from pixels of its resized copy: their corners coincide, not their first centres.
+
+    The right form of the paper's misprinted S (DESIGN §2): u = s·(u' + 1/2) − 1/2 on each axis.
+
+    Args:
+        image_size: (height, width) of the image.
+        resized: (height, width) of the copy.
+
+    Returns:
+        (3, 3) float64.
+    """
+    scale_v, scale_u = image_size[0] / resized[0], image_size[1] / resized[1]
+    return np.array([[scale_u, 0.0, (scale_u - 1) / 2], [0.0, scale_v, (scale_v - 1) / 2], [0.0, 0.0, 1.0]])

@@ -1,0 +1,43 @@
+"""The frame's LiDAR points, moved to the camera's time (DESIGN §5)."""
+
+import numpy as np
+
+from ogmkit.errors import DataFileError
+from ogmkit.frames import FrameRecord
+from ogmkit.geometry.se3 import transform_points
+from ogmkit.nuscenes.paths import resolve
+from ogmkit.typing import Float32Array
+
+_VALUES = 5  # x, y, z, intensity, ring
+_BYTES_PER_POINT = 4 * _VALUES
+_MAX_BYTES = 1 << 28
+
+
+def lidar_points_level(frame: FrameRecord) -> Float32Array:
+    """Read the frame's sweep and move it through `global` into the frame's level coordinates.
+
+    The sweep has a pose of its own, some tens of milliseconds from the camera's.
+
+    Returns:
+        (P, 4) float32: x, y, z in metres, level frame, and intensity; points that are not finite left out.
+
+    Raises:
+        DataFileError: there is no sweep, or its file is absent, empty or not a whole number of points.
+    """
+    if frame.lidar is None:
+        raise DataFileError(f"sample {frame.sample_token}: has no LIDAR_TOP sweep; extract without --lidar")
+    path = resolve(frame.dataroot, frame.lidar.path)
+    remedy = f"restore the sweep of sample {frame.sample_token}, or extract without --lidar"
+    try:
+        file_bytes = path.stat().st_size
+        if not 0 < file_bytes <= _MAX_BYTES or file_bytes % _BYTES_PER_POINT:
+            raise DataFileError(f"{path}: {file_bytes} bytes are not whole points of 5 float32; {remedy}")
+        data = path.read_bytes()
+    except OSError as error:
+        raise DataFileError(f"{path}: can't be read ({error.strerror}); {remedy}") from error
+    values = np.frombuffer(data, "<f4").reshape(-1, _VALUES)
+    values = values[np.isfinite(values[:, :4]).all(axis=1)]
+    level_from_lidar = frame.level_from_global @ frame.lidar.global_from_lidar
+    # In float64: global coordinates reach kilometres, the result is centimetres and small again.
+    points_level = transform_points(level_from_lidar, values[:, :3].astype(np.float64))
+    return np.column_stack([points_level, values[:, 3]]).astype(np.float32)

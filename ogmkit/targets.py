@@ -1,0 +1,134 @@
+"""A frame's training targets from its record, its map's mask and its files."""
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal, get_args
+
+from ogmkit.errors import DataFileError, SettingsError
+from ogmkit.frames import FrameRecord
+from ogmkit.grid import GridSpec
+from ogmkit.nuscenes.jpeg import jpeg_size
+from ogmkit.nuscenes.maps import MapMask
+from ogmkit.nuscenes.paths import resolve
+from ogmkit.raster.drivable import drivable_mask
+from ogmkit.raster.field_of_view import field_of_view_mask
+from ogmkit.raster.lidar import lidar_points_level
+from ogmkit.raster.vehicles import select, vehicle_mask
+from ogmkit.trajectories import Trajectory, trajectory
+from ogmkit.typing import Float32Array, UInt8Array
+
+ImagesMode = Literal["bytes", "reference", "none"]
+"""Keep each image's own bytes, only its path (the file is checked all the same), or the path unchecked."""
+
+_MAX_IMAGE_BYTES = 1 << 26
+
+
+@dataclass(frozen=True)
+class TargetSettings:
+    """What targets to make.
+
+    Attributes:
+        grid: the bird's-eye-view grid.
+        categories: beginnings of the categories drawn on the vehicle canvas.
+        min_visibility: lowest visibility drawn there, 0 to 4; boxes of unknown visibility are always drawn.
+        max_gap_s: longest time between key frames that a trajectory bridges.
+        images: what to keep of the images.
+        lidar: whether to keep the LiDAR points.
+
+    Raises:
+        SettingsError: a setting is out of range or unknown.
+    """
+
+    grid: GridSpec = field(default_factory=GridSpec)
+    categories: tuple[str, ...] = ("vehicle.",)
+    min_visibility: int = 0
+    max_gap_s: float = 0.75
+    images: ImagesMode = "bytes"
+    lidar: bool = False
+
+    def __post_init__(self) -> None:
+        if not self.categories or not all(self.categories):
+            raise SettingsError(f"categories: {self.categories} names none, or one is empty")
+        if self.min_visibility not in range(5):
+            raise SettingsError(f"min_visibility: {self.min_visibility} is not one of 0 to 4")
+        if not (math.isfinite(self.max_gap_s) and self.max_gap_s > 0):
+            raise SettingsError(f"max_gap_s: {self.max_gap_s} is not a positive number of seconds")
+        if self.images not in get_args(ImagesMode):
+            raise SettingsError(f"images: {self.images!r} is not one of {', '.join(get_args(ImagesMode))}")
+
+
+@dataclass(frozen=True, eq=False)
+class FrameTargets:
+    """All that is computed or read for one frame; what else a shard holds is in the `FrameRecord`.
+
+    Attributes:
+        drivable: (rows, columns) uint8, 1 on the drivable area.
+        vehicles: (rows, columns) uint8, 1 on a selected box.
+        field_of_view: (rows, columns) uint8, 1 where the camera sees the flat ground.
+        trajectory: past and future of the ego.
+        image: the original JPEG bytes, None unless the settings keep them.
+        lidar_points: (P, 4) float32 x, y, z (metres, level frame) and intensity, None unless asked for.
+    """
+
+    drivable: UInt8Array
+    vehicles: UInt8Array
+    field_of_view: UInt8Array
+    trajectory: Trajectory
+    image: bytes | None
+    lidar_points: Float32Array | None
+
+
+def build_targets(frame: FrameRecord, settings: TargetSettings, map_mask: MapMask) -> FrameTargets:
+    """Make a frame's targets.
+
+    Raises:
+        DataFileError: the image or LiDAR sweep is absent or damaged.
+        TableError: a file name leaves the dataset's root.
+    """
+    grid, level_from_global = settings.grid, frame.level_from_global
+    image = None if settings.images == "none" else read_image(frame)
+    shown = select(frame.boxes, settings.categories, settings.min_visibility)
+    return FrameTargets(
+        drivable=drivable_mask(grid, level_from_global, map_mask),
+        vehicles=vehicle_mask(grid, level_from_global, shown),
+        field_of_view=field_of_view_mask(grid, frame.intrinsics, frame.level_from_camera, frame.image_size),
+        trajectory=trajectory(frame, settings.max_gap_s),
+        image=image if settings.images == "bytes" else None,
+        lidar_points=lidar_points_level(frame) if settings.lidar else None,
+    )
+
+
+def read_image(frame: FrameRecord) -> bytes:
+    """The frame's image as its file holds it, once that has proved whole and of the table's size.
+
+    Raises:
+        DataFileError: the file is absent, not a whole JPEG, or of another size.
+        TableError: the file's name leaves the dataset's root.
+    """
+    path = resolve(frame.dataroot, frame.image_path)
+    try:
+        data = _read_limited(path)
+        size = jpeg_size(data)
+    except OSError as error:
+        raise DataFileError(_image_problem(frame, path, f"can't be read ({error.strerror})")) from error
+    except ValueError as error:
+        raise DataFileError(_image_problem(frame, path, f"is not a whole JPEG ({error})")) from error
+    if size != frame.image_size:
+        found, expected = (f"{width} × {height}" for height, width in (size, frame.image_size))
+        raise DataFileError(_image_problem(frame, path, f"is {found} pixels, by its table {expected}"))
+    return data
+
+
+def _read_limited(path: Path) -> bytes:
+    file_bytes = path.stat().st_size
+    if file_bytes > _MAX_IMAGE_BYTES:
+        raise ValueError(f"{file_bytes} bytes are too many")
+    return path.read_bytes()
+
+
+def _image_problem(frame: FrameRecord, path: Path, what: str) -> str:
+    return (
+        f"{path}: image of sample_data {frame.sample_data_token} {what}; "
+        f"restore it, or extract without images: --images none"
+    )

@@ -1,0 +1,50 @@
+"""Past and future positions of the ego around a frame, in that frame's level coordinates (DESIGN §3)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ogmkit.frames import STEPS, FrameRecord
+from ogmkit.geometry.se3 import transform_points
+from ogmkit.typing import BoolArray, FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """Positions about 0.5 s apart, oldest first; NaN where one is missing.
+
+    Attributes:
+        past: (6, 2) float64, x forward and y left in metres, steps −6 … −1.
+        past_valid: (6,) bool.
+        future: (6, 2) float64, steps +1 … +6.
+        future_valid: (6,) bool.
+        valid: whether all twelve are there.
+    """
+
+    past: FloatArray
+    past_valid: BoolArray
+    future: FloatArray
+    future_valid: BoolArray
+    valid: bool
+
+
+def trajectory(frame: FrameRecord, max_gap_s: float = 0.75) -> Trajectory:
+    """The ego's path through the six key frames before and the six after a frame.
+
+    Args:
+        frame: the frame.
+        max_gap_s: a longer time between two neighbouring key frames ends the path there, as does one that
+            is missing: nothing beyond counts.
+    """
+    times_us = frame.neighbour_timestamps_us
+    joined = (times_us[:-1] >= 0) & (times_us[1:] >= 0) & (np.diff(times_us) <= max_gap_s * 1e6)
+    past_valid = np.logical_and.accumulate(joined[STEPS - 1 :: -1])[::-1]
+    future_valid = np.logical_and.accumulate(joined[STEPS:])
+    xy = transform_points(frame.level_from_global, frame.neighbour_positions_global)[:, :2]
+    return Trajectory(
+        past=np.where(past_valid[:, None], xy[:STEPS], np.nan),
+        past_valid=past_valid,
+        future=np.where(future_valid[:, None], xy[STEPS + 1 :], np.nan),
+        future_valid=future_valid,
+        valid=bool(past_valid.all() and future_valid.all()),
+    )

@@ -1,0 +1,48 @@
+"""Fixtures that several folders of tests share; test modules import nothing from each other."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+REAL_DATAROOT = Path(__file__).resolve().parents[2] / "shared" / "data" / "nuscenes-mini-part"
+
+
+@pytest.fixture(scope="session")
+def real_dataroot():
+    """A part of the real v1.0-mini: scene-0103 (40 key frames, no files), scene-0061 (1, with files)."""
+    if not REAL_DATAROOT.is_dir():
+        pytest.skip(f"real nuScenes data is absent: {REAL_DATAROOT}")
+    return REAL_DATAROOT
+
+
+@pytest.fixture(scope="session")
+def tiny_dataroot(tmp_path_factory):
+    """A synthetic dataset of two scenes of eight key frames, two small cameras; tests only read it."""
+    from ogmkit.synthetic.build import SynthesisSettings, synthesize
+
+    out = tmp_path_factory.mktemp("tiny") / "dataroot"
+    synthesize(
+        out,
+        SynthesisSettings(
+            scenes=2, frames=8, cameras=("CAM_FRONT", "CAM_BACK"), image_size=(90, 160), lidar_azimuths=180
+        ),
+    )
+    return out
+
+
+@pytest.fixture(scope="session")
+def edit_table():
+    """Change one JSON table in place: `edit_table(root, table, function)`; returns the table's path.
+
+    The function gets the list of records and changes it, or returns what stands in the file instead.
+    """
+
+    def edit(root, table, function):
+        (path,) = Path(root).glob(f"v1.0-*/{table}.json")
+        records = json.loads(path.read_text(encoding="utf-8"))
+        replaced = function(records)
+        path.write_text(json.dumps(records if replaced is None else replaced), encoding="utf-8")
+        return path
+
+    return edit
