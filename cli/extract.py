@@ -1,0 +1,158 @@
+"""`ogmkit extract`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from .options import (
+    cache_dir_option,
+    cameras_option,
+    categories_option,
+    dataroot_argument,
+    grid_options,
+    max_gap_option,
+    min_visibility_option,
+    scenes_option,
+    split_file_option,
+    splits_option,
+    version_option,
+    workers_option,
+)
+from .progress import progress
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from ogmkit.grid import GridSpec
+    from ogmkit.pipeline.extract import ExtractSummary
+    from ogmkit.pipeline.plan import ScenePlan
+    from ogmkit.shards.settings import Compression
+    from ogmkit.targets import ImagesMode
+
+
+@click.command()
+@dataroot_argument
+@click.argument("out", type=click.Path(path_type=Path))
+@version_option
+@scenes_option
+@splits_option
+@split_file_option
+@cameras_option("CAM_FRONT")
+@categories_option
+@min_visibility_option
+@max_gap_option
+@grid_options
+@click.option(
+    "--images",
+    type=click.Choice(["bytes", "reference", "none"]),
+    default="bytes",
+    show_default=True,
+    help="Keep each JPEG itself, or only its path (`none`: the file may be absent).",
+)
+@click.option("--lidar", is_flag=True, help="Also keep the LiDAR points, moved to the image's time.")
+@click.option(
+    "--compression",
+    type=click.Choice(["gzip", "lzf", "none"]),
+    default="gzip",
+    show_default=True,
+    help="Of rasters and points; `lzf` needs h5py to be read.",
+)
+@workers_option
+@cache_dir_option
+@click.option(
+    "--overwrite", is_flag=True, help="Make shards anew that are there; other settings are allowed."
+)
+@click.option("--strict", is_flag=True, help="Stop at the first scene that fails.")
+@click.option("--dry-run", is_flag=True, help="Say what would be done, and write nothing.")
+def command(
+    dataroot: Path,
+    out: Path,
+    version: str | None,
+    scenes: tuple[str, ...],
+    splits: tuple[str, ...],
+    split_file: Path | None,
+    cameras: tuple[str, ...],
+    categories: tuple[str, ...],
+    min_visibility: int,
+    max_gap_s: float,
+    grid: GridSpec,
+    images: ImagesMode,
+    lidar: bool,
+    compression: Compression,
+    workers: int,
+    cache_dir: Path | None,
+    overwrite: bool,
+    strict: bool,
+    dry_run: bool,
+) -> None:
+    """Turn a dataset into training targets, one HDF5 shard a scene.
+
+    Each scene of DATAROOT becomes OUT/<scene>.h5 with rasters, boxes, trajectories, calibration and images;
+    OUT/manifest.json lists them. A run that was interrupted goes on where it stopped when it is called again.
+    Scenes that fail are named at the end, with exit code 1.
+    """
+    from ogmkit.nuscenes.dataset import Dataset
+    from ogmkit.pipeline.extract import extract
+    from ogmkit.pipeline.plan import plan
+    from ogmkit.pipeline.selection import select_scenes
+    from ogmkit.shards.settings import ExtractSettings
+    from ogmkit.targets import TargetSettings
+
+    targets = TargetSettings(grid, categories, min_visibility, max_gap_s, images, lidar)
+    settings = ExtractSettings(targets, cameras, compression)
+    with Dataset(dataroot, version) as dataset:
+        chosen = select_scenes(dataset, scenes, splits, split_file)
+        if dry_run:
+            _show(_plan_lines(plan(dataset, out, settings, scenes=chosen, overwrite=overwrite)))
+            return
+        with progress(len(chosen), "scenes", "extract") as advance:
+            summary = extract(
+                dataset,
+                out,
+                settings,
+                scenes=chosen,
+                splits=dataset.splits(split_file),
+                workers=workers,
+                overwrite=overwrite,
+                strict=strict,
+                cache_dir=cache_dir,
+                on_progress=advance,
+            )
+    _show(_summary_lines(summary))
+    for failure in summary.failures:
+        click.echo(f"ogmkit: {failure.scene} failed: {failure.error}", err=True)
+    if summary.failures:
+        raise click.exceptions.Exit(1)
+
+
+def _show(rows: Iterator[tuple[str, str]]) -> None:
+    pairs = list(rows)
+    width = max(len(name) for name, _ in pairs)
+    for name, value in pairs:
+        click.echo(f"{name:<{width}}  {value}")
+
+
+def _plan_lines(scenes: Sequence[ScenePlan]) -> Iterator[tuple[str, str]]:
+    for scene in scenes:
+        yield (
+            scene.scene,
+            f"{scene.action:<8}{scene.frames:>6} frames" if scene.error is None else str(scene.error),
+        )
+    writing = [scene for scene in scenes if scene.action in ("write", "replace")]
+    frames = sum(scene.frames for scene in writing)
+    yield "in all", f"{len(writing)} of {len(scenes)} scenes to write, {frames} frames"
+
+
+def _summary_lines(summary: ExtractSummary) -> Iterator[tuple[str, str]]:
+    minutes, seconds = divmod(summary.seconds, 60)
+    yield "scenes", f"{summary.scenes} ({summary.kept} were there)"
+    yield "frames", f"{summary.frames}"
+    yield "valid trajectories", f"{summary.valid_trajectories}"
+    yield "drivable cells", f"{summary.drivable_share:.2%}"
+    yield "vehicle cells", f"{summary.vehicle_share:.2%}"
+    yield "time", f"{minutes:.0f} min {seconds:.1f} s"
+    yield "size", f"{summary.bytes / 1e6:.1f} MB"
+    yield "failed", f"{len(summary.failures)}"

@@ -1,0 +1,181 @@
+"""The folder of an extraction: whose it is, what it was made with, and one run at a time."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from filelock import FileLock, Timeout
+
+from ogmkit.errors import OutputError, ShardError
+from ogmkit.shards.atomic import is_part, output_errors, remove_parts, write_json
+from ogmkit.shards.manifest import MARKER, Manifest, read_json, read_manifest
+from ogmkit.shards.manifest import NAME as MANIFEST
+from ogmkit.shards.reader import H5_ERRORS, Shard
+from ogmkit.shards.settings import ExtractSettings, differences
+
+LOCK = ".ogmkit-extract.lock"
+
+
+@dataclass(frozen=True)
+class Request:
+    """What a run wants to make.
+
+    Attributes:
+        out: the folder.
+        settings: of all its shards.
+        dataset_version: the source's tables.
+        scenes: chosen ones.
+        overwrite: whether shards that are there are made anew.
+    """
+
+    out: Path
+    settings: ExtractSettings
+    dataset_version: str
+    scenes: tuple[str, ...]
+    overwrite: bool
+
+    @property
+    def configuration(self) -> dict[str, Any]:
+        """What all shards of the folder have in common."""
+        return {"dataset_version": self.dataset_version, **self.settings.to_dict()}
+
+    def path(self, scene: str) -> Path:
+        """The scene's shard."""
+        return self.out / f"{scene}.h5"
+
+
+@dataclass(frozen=True)
+class Contents:
+    """What a folder holds besides the chosen scenes.
+
+    Attributes:
+        others: whole shards of scenes that were not chosen, with the same settings.
+        checksums: file name → (bytes, SHA-256) by the manifest of a finished folder; else empty.
+    """
+
+    others: tuple[Path, ...]
+    checksums: dict[str, tuple[int, str]]
+
+
+def check_place(out: Path, dataroot: Path) -> None:
+    """Refuse a folder inside the dataset, or the other way round.
+
+    Raises:
+        OutputError: one contains the other, or OUT is a file.
+    """
+    resolved_out, resolved_root = out.resolve(), dataroot.resolve()
+    if resolved_out.is_relative_to(resolved_root) or resolved_root.is_relative_to(resolved_out):
+        raise OutputError(f"{out}: OUT and DATAROOT ({dataroot}) lie in one another; choose another OUT")
+    if out.exists() and not out.is_dir():
+        raise OutputError(f"{out}: is a file; choose a folder as OUT")
+
+
+def check_contents(request: Request) -> Contents:
+    """Refuse a folder that isn't an extraction's, or whose shards were made with other settings.
+
+    Raises:
+        OutputError: the folder is foreign, or settings differ; names the differences.
+    """
+    out = request.out
+    with output_errors(out):
+        names = {path.name for path in out.iterdir() if not is_part(path)} if out.exists() else set()
+    shards = {name: there for name in names if (there := _shard_configuration(out / name)) is not None}
+    manifest = _manifest(out) if MANIFEST in names else None
+    only_shards = bool(shards) and names <= shards.keys() | {LOCK, MANIFEST}
+    if names - {LOCK} and MARKER not in names and manifest is None and not only_shards:
+        raise OutputError(f"{out}: is not empty, and no ogmkit run made it; choose another OUT")
+    # A marker or manifest without shards binds nobody: a run that failed may be mended with other settings.
+    declared = _declared(out, names, manifest) if shards else None
+    if declared is not None and not request.overwrite:
+        _refuse_difference(request, out, declared, "use --overwrite or another OUT")
+    chosen = {request.path(scene).name for scene in request.scenes}
+    for name, there in sorted(shards.items()):
+        if name not in chosen:
+            _refuse_difference(request, out / name, there, "choose its scene as well, or another OUT")
+        elif declared is None and not request.overwrite:
+            _refuse_difference(request, out / name, there, "use --overwrite or another OUT")
+    trusted = manifest.shards if manifest is not None and MARKER not in names else ()
+    return Contents(
+        others=tuple(sorted(out / name for name in shards.keys() - chosen)),
+        checksums={entry.file: (entry.bytes, entry.sha256) for entry in trusted},
+    )
+
+
+@contextmanager
+def locked(request: Request) -> Iterator[None]:
+    """Hold the folder for one run; made where it isn't there yet. What killed runs left is removed.
+
+    Raises:
+        OutputError: another run holds it, or it can't be written.
+    """
+    out = request.out
+    with output_errors(out):
+        out.mkdir(parents=True, exist_ok=True)
+        lock = FileLock(out / LOCK, timeout=0)
+        try:
+            lock.acquire()
+        except Timeout as error:
+            raise OutputError(f"{out}: another extract is writing here; wait for it") from error
+        except NotImplementedError as error:
+            raise OutputError(f"{out}: this file system has no locks; choose another OUT") from error
+    try:
+        with output_errors(out):
+            remove_parts(out)
+        yield
+    finally:
+        with output_errors(out):
+            remove_parts(out)
+            (out / LOCK).unlink(missing_ok=True)
+            lock.release()
+
+
+def begin(request: Request) -> None:
+    """Mark the folder as an extraction's, unfinished."""
+    write_json(request.out / MARKER, request.configuration)
+
+
+def has_shard(request: Request, scene: str) -> bool:
+    """Whether the scene's shard is there, with the request's settings."""
+    return _shard_configuration(request.path(scene)) == request.configuration
+
+
+def finish(out: Path) -> None:
+    """Take the mark away."""
+    with output_errors(out):
+        (out / MARKER).unlink(missing_ok=True)
+
+
+def _manifest(out: Path) -> Manifest | None:
+    """The manifest; None where it is damaged or another program's."""
+    try:
+        return read_manifest(out)
+    except ShardError:
+        return None
+
+
+def _declared(out: Path, names: set[str], manifest: Manifest | None) -> dict[str, Any] | None:
+    """The configuration of the last run, as it said itself."""
+    if MARKER in names:
+        return read_json(out / MARKER)
+    if manifest is None:
+        return None
+    return {"dataset_version": manifest.dataset_version, **manifest.settings.to_dict()}
+
+
+def _shard_configuration(path: Path) -> dict[str, Any] | None:
+    """A shard's configuration; None where the file is no readable shard."""
+    if path.suffix != ".h5":
+        return None
+    try:
+        with Shard(path) as shard:
+            return {"dataset_version": shard.dataset_version, **shard.settings.to_dict()}
+    except (ShardError, *H5_ERRORS):
+        return None
+
+
+def _refuse_difference(request: Request, path: Path, there: dict[str, Any], remedy: str) -> None:
+    different = differences(request.configuration, there)
+    if different:
+        raise OutputError(f"{path}: {', '.join(different)}; {remedy}")

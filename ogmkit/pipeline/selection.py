@@ -1,0 +1,53 @@
+"""Which scenes a run is about, and whether the dataset has what was asked for."""
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from ogmkit.errors import SettingsError
+from ogmkit.nuscenes.categories import require_known
+from ogmkit.nuscenes.dataset import Dataset
+from ogmkit.nuscenes.names import unknown
+from ogmkit.shards.settings import ExtractSettings
+
+
+def select_scenes(
+    dataset: Dataset, names: Sequence[str] = (), splits: Sequence[str] = (), split_file: Path | None = None
+) -> tuple[str, ...]:
+    """The chosen scenes, in the dataset's order.
+
+    Args:
+        dataset: the dataset.
+        names: scenes; none means all.
+        splits: only the scenes of these; none means no such limit.
+        split_file: where the splits stand; the dataset's own by default.
+
+    Raises:
+        SettingsError: a scene or split is unknown, or no scene is left.
+        TableError: the split file is absent or malformed.
+    """
+    present = dataset.scene_names()
+    _require("scene", names, present, dataset.root)
+    chosen = set(names or present)
+    if splits:
+        chosen &= {scene for split in splits for scene in dataset.split(split, split_file)}
+    if not chosen:
+        wanted = f"none of the scenes is in split {', '.join(splits)}" if splits else "has no scenes"
+        raise SettingsError(f"{dataset.root}: {wanted}; choose others")
+    return tuple(name for name in present if name in chosen)
+
+
+def require_known_names(dataset: Dataset, settings: ExtractSettings, scenes: Sequence[str]) -> None:
+    """Check scenes, cameras and categories against the dataset, before anything is written.
+
+    Raises:
+        SettingsError: the dataset has no such scene or camera, or no category begins so.
+    """
+    _require("scene", scenes, dataset.scene_names(), dataset.root)
+    _require("camera", settings.cameras, dataset.channels(), dataset.root)
+    require_known(settings.targets.categories, dataset.categories())
+
+
+def _require(kind: str, names: Iterable[str], known: Sequence[str], root: Path) -> None:
+    for name in names:
+        if name not in known:
+            raise SettingsError(f"{root}: {unknown(kind, name, known)}")

@@ -1,0 +1,76 @@
+"""Files that exist whole or not at all: written beside their place, synced, then renamed."""
+
+import json
+import os
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from ogmkit.errors import OutputError
+
+_PART = re.compile(r"\..+\.\d+\.part")
+
+
+@contextmanager
+def output_errors(path: Path) -> Iterator[None]:
+    """Turn what the system refuses while writing `path` into an OutputError that names it."""
+    try:
+        yield
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise OutputError(
+            f"{path}: can't be written: {reason}; make room or choose another folder, then run again "
+            "(files that were there are intact)"
+        ) from error
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Give a temporary path beside `path`; what was written there takes its place at the end.
+
+    Whatever is raised inside leaves `path` as it was and the temporary file removed.
+
+    Raises:
+        OutputError: the system refuses to write.
+    """
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    with output_errors(path):
+        try:
+            yield part
+            _sync(part)
+            part.replace(path)
+            _sync(path.parent)
+        except BaseException:
+            part.unlink(missing_ok=True)
+            raise
+
+
+def write_json(path: Path, content: object) -> None:
+    """Write JSON atomically, with sorted keys.
+
+    Raises:
+        OutputError: the system refuses to write.
+    """
+    with replacing(path) as part:
+        part.write_text(json.dumps(content, indent=1, sort_keys=True) + "\n", encoding="utf-8")
+
+
+def is_part(path: Path) -> bool:
+    """Whether the name is one that `replacing` gives."""
+    return _PART.fullmatch(path.name) is not None
+
+
+def remove_parts(folder: Path) -> None:
+    """Remove what killed runs left behind; only where no other run is writing."""
+    for path in folder.iterdir():
+        if is_part(path):
+            path.unlink(missing_ok=True)
+
+
+def _sync(path: Path) -> None:
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

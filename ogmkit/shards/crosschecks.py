@@ -1,0 +1,177 @@
+"""Whether what a shard says in one place agrees with what it says in another."""
+
+from collections.abc import Callable, Iterator
+from itertools import chain, pairwise
+
+import numpy as np
+
+from ogmkit.frames import STEPS
+from ogmkit.geometry.se3 import level_from_global, transform_points
+from ogmkit.nuscenes.jpeg import jpeg_size
+from ogmkit.raster.field_of_view import field_of_view_mask
+from ogmkit.raster.vehicles import select, vehicle_mask
+from ogmkit.shards.reader import Shard
+from ogmkit.typing import BoolArray, FloatArray, UInt8Array
+
+_POSE_TOLERANCE = 1e-6
+_RASTER_TOLERANCE = 1e-4
+"""Share of cells that may differ when a raster is made again: other machines round otherwise."""
+
+
+@np.errstate(invalid="ignore", over="ignore")  # damaged numbers are findings
+def cross_problems(shard: Shard, camera: str) -> tuple[str, ...]:
+    """Describe what contradicts itself in one camera's group, whose structure is sound.
+
+    Rasters, images and points are read frame by frame.
+
+    Returns:
+        A line for each contradiction, naming the dataset and the first frame.
+    """
+    columns = [line for check in (_order, _poses, _trajectories, _boxes) for line in check(shard, camera)]
+    rasters = _rasters(shard, camera, make_again=not columns)
+    found = chain(columns, rasters, _images(shard, camera), _lidar(shard, camera))
+    return tuple(f"/{camera}/{problem}" for problem in found)
+
+
+def _order(shard: Shard, camera: str) -> Iterator[str]:
+    steps_us = np.diff(shard.dataset(camera, "timestamp_us")[:])
+    yield from _first("timestamp_us goes back after", steps_us <= 0)
+    for name in ("sample_token", "sample_data_token"):
+        if len(set(shard.strings(camera, name))) != shard.frames(camera):
+            yield f"{name} has duplicates"
+
+
+def _poses(shard: Shard, camera: str) -> Iterator[str]:
+    for name in ("ego_from_camera", "global_from_ego", "level_from_global"):
+        yield from _first(f"{name} is no rigid transform in", ~_rigid(shard.dataset(camera, name)[:]))
+    expected = level_from_global(shard.dataset(camera, "global_from_ego")[:])
+    found = shard.dataset(camera, "level_from_global")[:]
+    wrong = ~np.isclose(found, expected, rtol=1e-9, atol=_POSE_TOLERANCE).all(axis=(1, 2))
+    yield from _first("level_from_global contradicts global_from_ego in", wrong)
+    intrinsics = shard.dataset(camera, "intrinsics")[:]
+    wrong = ~np.isfinite(intrinsics).all(axis=(1, 2)) | ~(np.abs(np.linalg.det(intrinsics)) > 0)
+    yield from _first("intrinsics are singular in", wrong)
+
+
+def _trajectories(shard: Shard, camera: str) -> Iterator[str]:
+    positions_global = shard.dataset(camera, "global_from_ego")[:, :3, 3]
+    all_valid = np.ones(shard.frames(camera), dtype=np.bool_)
+    steps = {"past": range(-STEPS, 0), "future": range(1, STEPS + 1)}
+    for name, offsets in steps.items():
+        points = shard.dataset(camera, f"trajectory/{name}")[:]
+        valid = shard.dataset(camera, f"trajectory/{name}_valid")[:]
+        all_valid &= valid.all(axis=1)
+        wrong = (np.isfinite(points).all(axis=2) != valid) | (np.isnan(points).all(axis=2) == valid)
+        yield from _first(f"trajectory/{name} contradicts {name}_valid in", wrong.any(axis=1))
+        expected = _neighbours(shard, camera, positions_global, offsets)
+        wrong = (valid & ~(np.abs(points - expected) <= _POSE_TOLERANCE).all(axis=2)).any(axis=1)
+        yield from _first(f"trajectory/{name} contradicts the poses around", wrong)
+    stored = shard.dataset(camera, "trajectory/valid")[:]
+    yield from _first("trajectory/valid contradicts past_valid and future_valid in", stored != all_valid)
+    if stored.sum() != shard.h5[camera].attrs["valid_trajectories"]:
+        yield f"trajectory/valid counts {stored.sum()} frames, not as attribute valid_trajectories says"
+
+
+def _boxes(shard: Shard, camera: str) -> Iterator[str]:
+    count = len(shard.dataset(camera, "boxes/annotation_token"))
+    yield from _offsets(shard, camera, "boxes", count)
+    if len(set(shard.strings(camera, "boxes/annotation_token"))) != count:
+        yield "boxes/annotation_token has duplicates"
+    rigid = _rigid(shard.dataset(camera, "boxes/global_from_box")[:])
+    yield from _first("boxes/global_from_box is no rigid transform in", ~rigid, "box")
+    positive = (shard.dataset(camera, "boxes/size_wlh")[:] > 0).all(axis=1)
+    yield from _first("boxes/size_wlh is not positive in", ~positive, "box")
+    yield from _first(
+        "boxes/visibility is over 4 in", shard.dataset(camera, "boxes/visibility")[:] > 4, "box"
+    )
+    empty = np.array([not name for name in shard.strings(camera, "boxes/category")], dtype=np.bool_)
+    yield from _first("boxes/category is empty in", empty, "box")
+
+
+def _rasters(shard: Shard, camera: str, *, make_again: bool) -> Iterator[str]:
+    attributes = shard.h5[camera].attrs
+    makers: dict[str, Callable[[Shard, str, int], UInt8Array] | None] = {
+        "drivable": None,
+        "vehicles": _vehicles,
+        "field_of_view": _field_of_view,
+    }
+    for name, make in makers.items():
+        dataset, frames, ones = shard.dataset(camera, name), shard.frames(camera), 0
+        binary, same = np.ones((2, frames), dtype=np.bool_)
+        for frame in range(frames):
+            mask = dataset[frame]
+            binary[frame] = mask.max() <= 1
+            ones += int(np.count_nonzero(mask))
+            if make is not None and make_again:
+                same[frame] = np.mean(mask != make(shard, camera, frame)) <= _RASTER_TOLERANCE
+        yield from _first(f"{name} holds other values than 0 and 1 in", ~binary)
+        yield from _first(f"{name} contradicts boxes, poses or calibration in", ~same)
+        share = {"drivable": "drivable_share", "vehicles": "vehicle_share"}.get(name)
+        if share is not None and not np.isclose(ones / dataset.size, attributes[share], rtol=1e-9):
+            yield f"{name} covers {ones / dataset.size:.6f} of its cells, not as attribute {share} says"
+
+
+def _vehicles(shard: Shard, camera: str, frame: int) -> UInt8Array:
+    settings = shard.settings.targets
+    shown = select(shard.boxes(camera, frame), settings.categories, settings.min_visibility)
+    return vehicle_mask(settings.grid, shard.dataset(camera, "level_from_global")[frame], shown)
+
+
+def _field_of_view(shard: Shard, camera: str, frame: int) -> UInt8Array:
+    names = ("level_from_global", "global_from_ego", "ego_from_camera", "intrinsics")
+    to_level, to_global, to_ego, intrinsics = (shard.dataset(camera, name)[frame] for name in names)
+    height, width = shard.dataset(camera, "image_size")[frame].tolist()
+    return field_of_view_mask(shard.grid, intrinsics, to_level @ to_global @ to_ego, (height, width))
+
+
+def _images(shard: Shard, camera: str) -> Iterator[str]:
+    for frame, size in enumerate(shard.dataset(camera, "image_size")[:].tolist()):
+        image = shard.image(camera, frame)
+        try:
+            if image is not None and jpeg_size(image.tobytes()) != tuple(size):
+                yield f"image contradicts image_size in frame {frame}"
+        except ValueError as error:
+            yield f"image is no whole JPEG in frame {frame} ({error})"
+
+
+def _lidar(shard: Shard, camera: str) -> Iterator[str]:
+    if not shard.settings.targets.lidar:
+        return
+    points = shard.dataset(camera, "lidar/points")
+    yield from _offsets(shard, camera, "lidar", len(points))
+    bounds = shard.dataset(camera, "lidar/offsets")[:].tolist()
+    finite = [bool(np.isfinite(points[a:b]).all()) for a, b in pairwise(bounds)]
+    yield from _first("lidar/points are not finite in", ~np.array(finite, dtype=np.bool_))
+
+
+def _offsets(shard: Shard, camera: str, group: str, rows: int) -> Iterator[str]:
+    offsets = shard.dataset(camera, f"{group}/offsets")[:]
+    if offsets[0] != 0 or offsets[-1] != rows or (np.diff(offsets) < 0).any():
+        yield f"{group}/offsets do not rise from 0 to {rows}"
+
+
+def _neighbours(shard: Shard, camera: str, positions_global: FloatArray, steps: range) -> FloatArray:
+    """(N, 6, 2) positions of the frames some steps away, in each frame's level frame; NaN beyond the ends."""
+    rows = np.arange(len(positions_global))[:, None] + np.array(steps)
+    inside = (rows >= 0) & (rows < len(positions_global))
+    around = np.where(inside[..., None], positions_global[np.where(inside, rows, 0)], np.nan)
+    return transform_points(shard.dataset(camera, "level_from_global")[:], around)[..., :2]
+
+
+def _rigid(matrices: FloatArray) -> BoolArray:
+    """(...) bool: whether (..., 4, 4) transforms are finite, orthonormal, right-handed and affine."""
+    rotation = matrices[..., :3, :3]
+    products = rotation @ np.swapaxes(rotation, -1, -2)
+    with np.errstate(invalid="ignore"):
+        orthonormal = (np.abs(products - np.eye(3)) <= _POSE_TOLERANCE).all(axis=(-1, -2))
+        right_handed = np.linalg.det(np.where(np.isfinite(rotation), rotation, 0.0)) > 0
+    affine = (matrices[..., 3, :] == [0, 0, 0, 1]).all(axis=-1)
+    result: BoolArray = orthonormal & right_handed & affine & np.isfinite(matrices).all(axis=(-1, -2))
+    return result
+
+
+def _first(problem: str, wrong: BoolArray, of: str = "frame") -> Iterator[str]:
+    """One line for all rows where something is wrong, if there are any."""
+    rows = np.flatnonzero(wrong)
+    if len(rows):
+        yield f"{problem} {of} {rows[0]}" + (f" and {len(rows) - 1} more" if len(rows) > 1 else "")

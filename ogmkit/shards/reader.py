@@ -1,0 +1,161 @@
+"""Reading a shard: its attributes checked, its datasets by name."""
+
+import json
+from functools import cached_property
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import h5py
+import numpy as np
+
+from ogmkit.errors import SettingsError, ShardError
+from ogmkit.frames import Boxes
+from ogmkit.grid import GridSpec
+from ogmkit.shards import schema
+from ogmkit.shards.settings import ExtractSettings
+from ogmkit.typing import UInt8Array
+
+H5_ERRORS = (OSError, RuntimeError, KeyError, ValueError, TypeError)
+"""What h5py raises on damaged files, besides wrong values."""
+
+AGAIN = "run `ogmkit extract` again"
+REMEDY = f"remove it and {AGAIN}"
+
+
+class Shard:
+    """An open shard; a context manager.
+
+    Args:
+        path: the shard's file.
+
+    Attributes:
+        path: the shard's file.
+        h5: the open HDF5 file.
+
+    Raises:
+        ShardError: the file is absent, damaged, no shard, or of another format version.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        try:
+            self.h5 = h5py.File(path, "r")
+        except OSError as error:
+            reason = "is absent" if not path.exists() else "is no HDF5 file or cut short"
+            raise ShardError(f"{path}: {reason}; {REMEDY}") from error
+        try:
+            self._check_format()
+        except BaseException:
+            self.h5.close()
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the file."""
+        self.h5.close()
+
+    @property
+    def scene(self) -> str:
+        """The scene's name."""
+        return str(self._attribute("scene"))
+
+    @property
+    def location(self) -> str:
+        """The map's name."""
+        return str(self._attribute("location"))
+
+    @property
+    def dataset_version(self) -> str:
+        """The source's tables, such as `v1.0-trainval`."""
+        return str(self._attribute("dataset_version"))
+
+    @cached_property
+    def settings(self) -> ExtractSettings:
+        """The settings it was extracted with."""
+        try:
+            values = json.loads(str(self._attribute("settings")))
+            return ExtractSettings.from_dict(values)
+        except (SettingsError, ValueError, TypeError) as error:
+            raise ShardError(f"{self.path}: attribute `settings` is damaged ({error}); {REMEDY}") from error
+
+    @property
+    def grid(self) -> GridSpec:
+        """The grid of all its rasters."""
+        return self.settings.targets.grid
+
+    @property
+    def cameras(self) -> tuple[str, ...]:
+        """Channels, sorted."""
+        return tuple(sorted(self.h5))
+
+    def frames(self, camera: str) -> int:
+        """Number of a camera's frames."""
+        return len(self.dataset(camera, "sample_token"))
+
+    def dataset(self, camera: str, name: str) -> h5py.Dataset:
+        """A camera's dataset, nothing of it read yet.
+
+        Args:
+            camera: channel.
+            name: below the camera's group, such as `boxes/offsets` (see `schema.FIELDS`).
+
+        Raises:
+            ShardError: there is no such camera or dataset.
+        """
+        found = self.h5.get(f"{camera}/{name}")
+        if not isinstance(found, h5py.Dataset):
+            raise ShardError(f"{self.path}: has no dataset {camera}/{name}; it has {', '.join(self.cameras)}")
+        return found
+
+    def strings(self, camera: str, name: str, rows: slice = slice(None)) -> tuple[str, ...]:
+        """Rows of a text dataset."""
+        return tuple(self.dataset(camera, name).asstr()[rows])
+
+    def image(self, camera: str, frame: int) -> UInt8Array | None:
+        """The JPEG file of a frame as uint8; None where the shard keeps no images."""
+        if f"{camera}/image" not in self.h5:
+            return None
+        data: UInt8Array = self.dataset(camera, "image")[frame]
+        return data
+
+    def boxes(self, camera: str, frame: int) -> Boxes:
+        """All boxes of a frame."""
+        first, stop = self.dataset(camera, "boxes/offsets")[frame : frame + 2]
+        rows = slice(int(first), int(stop))
+
+        def read(name: str) -> Any:  # noqa: ANN401  # arrays of several dtypes
+            return self.dataset(camera, f"boxes/{name}")[rows]
+
+        return Boxes(
+            annotation_token=self.strings(camera, "boxes/annotation_token", rows),
+            instance_token=self.strings(camera, "boxes/instance_token", rows),
+            category=self.strings(camera, "boxes/category", rows),
+            global_from_box=read("global_from_box"),
+            size_wlh=read("size_wlh"),
+            visibility=read("visibility"),
+            num_lidar_pts=read("num_lidar_pts"),
+        )
+
+    def _check_format(self) -> None:
+        if self._attribute("format") != schema.FORMAT:
+            raise ShardError(f"{self.path}: is HDF5, but no ogmkit shard; move it elsewhere")
+        version = self._attribute("format_version")
+        if version != schema.FORMAT_VERSION:
+            raise ShardError(
+                f"{self.path}: has shard format {version}, not {schema.FORMAT_VERSION}; {REMEDY}"
+            )
+
+    def _attribute(self, name: str) -> object:
+        value = self.h5.attrs.get(name)
+        return value.item() if isinstance(value, np.generic) else value

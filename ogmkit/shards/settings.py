@@ -1,0 +1,84 @@
+"""Settings of an extraction: what every shard of a folder has in common."""
+
+import dataclasses
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal, Self, get_args
+
+from ogmkit.errors import SettingsError
+from ogmkit.grid import GridSpec
+from ogmkit.targets import TargetSettings
+
+Compression = Literal["gzip", "lzf", "none"]
+"""Of the rasters and LiDAR points. All are part of plain HDF5 but `lzf`, which h5py brings."""
+
+
+@dataclass(frozen=True)
+class ExtractSettings:
+    """What to extract, and how it is stored.
+
+    Attributes:
+        targets: what targets to make.
+        cameras: channels, each a group of the shard.
+        compression: of rasters and points.
+
+    Raises:
+        SettingsError: no camera, one named twice, or an unknown compression.
+    """
+
+    targets: TargetSettings = field(default_factory=TargetSettings)
+    cameras: tuple[str, ...] = ("CAM_FRONT",)
+    compression: Compression = "gzip"
+
+    def __post_init__(self) -> None:
+        if not self.cameras or len(set(self.cameras)) != len(self.cameras):
+            raise SettingsError(f"cameras: {', '.join(self.cameras) or 'none'}: name at least one, each once")
+        if self.compression not in get_args(Compression):
+            known = ", ".join(get_args(Compression))
+            raise SettingsError(f"compression: {self.compression!r} is not one of {known}")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON values: targets' settings, cameras and compression side by side."""
+        own = {"cameras": sorted(self.cameras), "compression": self.compression}
+        values: dict[str, Any] = json.loads(json.dumps(dataclasses.asdict(self.targets) | own))
+        return values
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, Any]) -> Self:
+        """The inverse of `to_dict`.
+
+        Raises:
+            SettingsError: a value is missing, unknown or out of range.
+        """
+        try:
+            targets = dict(values)
+            cameras, compression = tuple(targets.pop("cameras")), targets.pop("compression")
+            targets["grid"] = GridSpec(**targets["grid"])
+            targets["categories"] = tuple(targets["categories"])
+            return cls(TargetSettings(**targets), cameras, compression)
+        except (KeyError, TypeError, ValueError) as error:
+            raise SettingsError(f"settings can't be read ({error})") from error
+
+
+def differences(here: Mapping[str, Any], there: Mapping[str, Any]) -> tuple[str, ...]:
+    """Names of the settings that differ, each with both values: `grid.rows is 800 here but 1000 there`."""
+    flat_here, flat_there = dict(_flat(here)), dict(_flat(there))
+    names = sorted(flat_here.keys() | flat_there.keys())
+    return tuple(
+        f"{name} is {_shown(flat_here, name)} here but {_shown(flat_there, name)} there"
+        for name in names
+        if flat_here.get(name) != flat_there.get(name)
+    )
+
+
+def _flat(values: Mapping[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
+    pairs = []
+    for name, value in values.items():
+        pairs += _flat(value, f"{prefix}{name}.") if isinstance(value, dict) else [(prefix + name, value)]
+    return pairs
+
+
+def _shown(flat: Mapping[str, Any], name: str) -> str:
+    value = flat.get(name, "absent")
+    return ",".join(map(str, value)) if isinstance(value, list) else str(value)

@@ -1,0 +1,79 @@
+"""A shard in figures, and whether it is what an extraction would write."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from ogmkit.errors import ShardError
+from ogmkit.frames import SceneRecord
+from ogmkit.shards.manifest import file_sha256
+from ogmkit.shards.reader import H5_ERRORS, Shard
+from ogmkit.shards.settings import ExtractSettings
+from ogmkit.shards.structure import structure_problems
+
+
+@dataclass(frozen=True)
+class ShardSummary:
+    """One shard.
+
+    Attributes:
+        scene: the scene's name.
+        location: the map's name.
+        frames: frames over all cameras.
+        valid_trajectories: frames with a valid trajectory.
+        drivable_share: share of drivable cells, over all frames.
+        vehicle_share: share of vehicle cells, over all frames.
+        bytes: the file's size.
+        sha256: the file's checksum, hexadecimal.
+    """
+
+    scene: str
+    location: str
+    frames: int
+    valid_trajectories: int
+    drivable_share: float
+    vehicle_share: float
+    bytes: int
+    sha256: str
+
+
+def summarise(path: Path, *, sha256: str | None = None) -> ShardSummary:
+    """The figures of a whole shard.
+
+    Args:
+        path: the shard's file.
+        sha256: its checksum, where that is known; otherwise the file is read for it.
+
+    Raises:
+        ShardError: the file is no whole shard.
+    """
+    with Shard(path) as shard:
+        cameras = [(shard.frames(camera), shard.h5[camera].attrs) for camera in shard.cameras]
+        frames = sum(count for count, _ in cameras)
+        return ShardSummary(
+            scene=shard.scene,
+            location=shard.location,
+            frames=frames,
+            valid_trajectories=sum(int(attributes["valid_trajectories"]) for _, attributes in cameras),
+            drivable_share=sum(n * float(attributes["drivable_share"]) for n, attributes in cameras) / frames,
+            vehicle_share=sum(n * float(attributes["vehicle_share"]) for n, attributes in cameras) / frames,
+            bytes=path.stat().st_size,
+            sha256=sha256 or file_sha256(path),
+        )
+
+
+def is_current(path: Path, scene: SceneRecord, settings: ExtractSettings, dataset_version: str) -> bool:
+    """Whether `path` is a whole shard of this very scene with these settings."""
+    try:
+        with Shard(path) as shard:
+            return (
+                (shard.scene, shard.dataset_version) == (scene.name, dataset_version)
+                and shard.settings.to_dict() == settings.to_dict()
+                and not any(structure_problems(shard))
+                and all(
+                    shard.strings(camera, "sample_data_token")
+                    == tuple(frame.sample_data_token for frame in frames)
+                    for camera, frames in scene.cameras.items()
+                )
+            )
+    except (ShardError, *H5_ERRORS):
+        return False

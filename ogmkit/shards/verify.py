@@ -1,0 +1,112 @@
+"""Checking a folder of shards: files, checksums, schema, and whether values agree with each other."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from ogmkit.errors import ShardError
+from ogmkit.shards.crosschecks import cross_problems
+from ogmkit.shards.manifest import MARKER, NAME, Manifest, ShardEntry, file_sha256, read_manifest
+from ogmkit.shards.reader import AGAIN, H5_ERRORS, REMEDY, Shard
+from ogmkit.shards.settings import differences
+from ogmkit.shards.structure import structure_problems
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Something wrong with a folder.
+
+    Attributes:
+        file: name in the folder.
+        message: what is wrong, in one line.
+    """
+
+    file: str
+    message: str
+
+
+def verify_folder(out: Path, *, on_progress: Callable[[int, int], None] | None = None) -> tuple[Problem, ...]:
+    """Check a folder that an extraction finished; reads all of it, a frame at a time.
+
+    Args:
+        out: the folder.
+        on_progress: called with (shards done, shards in all).
+
+    Returns:
+        All problems found; none means that the folder is sound.
+
+    Raises:
+        ShardError: `out` is no folder, or holds no shards at all.
+    """
+    try:
+        present = {path.name for path in out.iterdir()}
+    except OSError as error:
+        raise ShardError(
+            f"{out}: can't be read ({error.strerror}); choose a folder of `ogmkit extract`"
+        ) from error
+    names = sorted(name for name in present if name.endswith(".h5") and not name.startswith("."))
+    if not names and NAME not in present:
+        raise ShardError(f"{out}: holds no shards; choose a folder that `ogmkit extract` wrote")
+    manifest, problems = _manifest(out)
+    if MARKER in present:
+        problems.append(Problem(MARKER, "the extraction is unfinished; run `ogmkit extract` again"))
+    entries = {} if manifest is None else {entry.file: entry for entry in manifest.shards}
+    listed = entries.keys() if manifest is not None else set(names)
+    problems += [Problem(name, f"is missing; {AGAIN}") for name in sorted(listed - present)]
+    extra = sorted(present - listed - {NAME, MARKER})
+    problems += [Problem(name, "is not in the manifest; move it elsewhere") for name in extra]
+    for done, name in enumerate(names, start=1):
+        messages = _shard_problems(out / name, entries.get(name), manifest)
+        problems += [Problem(name, message) for message in messages]
+        if on_progress is not None:
+            on_progress(done, len(names))
+    return tuple(problems)
+
+
+def _manifest(out: Path) -> tuple[Manifest | None, list[Problem]]:
+    try:
+        return read_manifest(out), []
+    except ShardError as error:
+        return None, [Problem(NAME, _without_path(error, out / NAME))]
+
+
+def _shard_problems(path: Path, entry: ShardEntry | None, manifest: Manifest | None) -> Iterator[str]:
+    if entry is not None:
+        yield from _file_problems(path, entry)
+    try:
+        with Shard(path) as shard:
+            yield from _content_problems(shard, entry, manifest)
+    except ShardError as error:
+        yield _without_path(error, path)
+    except H5_ERRORS as error:
+        yield f"is damaged inside ({error}); {REMEDY}"
+
+
+def _file_problems(path: Path, entry: ShardEntry) -> Iterator[str]:
+    if path.stat().st_size != entry.bytes:
+        yield f"has {path.stat().st_size} bytes, by the manifest {entry.bytes}; {REMEDY}"
+    elif file_sha256(path) != entry.sha256:
+        yield f"has another checksum than the manifest says; {REMEDY}"
+
+
+def _content_problems(shard: Shard, entry: ShardEntry | None, manifest: Manifest | None) -> Iterator[str]:
+    structure = tuple(structure_problems(shard))
+    yield from structure
+    if structure:
+        return  # the rest relies on it
+    if shard.path.name != f"{shard.scene}.h5":
+        yield f"holds {shard.scene}; rename it back"
+    if entry is not None and entry.frames != sum(map(shard.frames, shard.cameras)):
+        yield f"has not the manifest's {entry.frames} frames; {REMEDY}"
+    if manifest is not None:
+        there = {"dataset_version": manifest.dataset_version, **manifest.settings.to_dict()}
+        here = {"dataset_version": shard.dataset_version, **shard.settings.to_dict()}
+        yield from (
+            f"contradicts the manifest: {different}; {REMEDY}" for different in differences(here, there)
+        )
+    for camera in shard.cameras:
+        yield from cross_problems(shard, camera)
+
+
+def _without_path(error: ShardError, path: Path) -> str:
+    return str(error).removeprefix(f"{path}: ")

@@ -1,0 +1,212 @@
+import hashlib
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from ogmkit_cli.main import main
+
+OGMKIT = Path(sys.executable).with_name("ogmkit")
+MOMENTS = 10
+FULL_DISK = """
+import resource, signal, sys
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+from ogmkit_cli.main import main
+main(sys.argv[1:])
+"""
+
+
+@pytest.fixture(scope="session")
+def cache_dir(tmp_path_factory):
+    return tmp_path_factory.mktemp("cli-mask-cache")
+
+
+@pytest.fixture
+def arguments(tiny_dataroot, cache_dir):
+    """Arguments of a small extract into a folder."""
+
+    def build(out, *more, dataroot=tiny_dataroot):
+        grid = ["--cell-size", "0.5", "--rows", "60", "--columns", "40"]
+        values = ["extract", dataroot, out, *grid, "--cache-dir", cache_dir, *more]
+        return [str(value) for value in values]
+
+    return build
+
+
+@pytest.fixture
+def ogmkit(arguments):
+    """Run the command in this process."""
+
+    def run(out, *more, **options):
+        return CliRunner().invoke(main, arguments(out, *more, **options))
+
+    return run
+
+
+def contents(out):
+    return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in out.iterdir()}
+
+
+def test_it_ends_with_a_summary(tmp_path, ogmkit):
+    result = ogmkit(tmp_path / "out")
+    assert (result.exit_code, result.stderr) == (0, "")
+    lines = dict(line.split(maxsplit=1) for line in result.stdout.splitlines() if line.count("  "))
+    assert lines["scenes"] == "2 (0 were there)"
+    assert lines["frames"] == "16"
+    assert lines["failed"] == "0"
+    assert {"valid", "drivable", "vehicle", "time", "size"} <= {
+        line.split()[0] for line in result.stdout.splitlines()
+    }
+
+
+def test_a_dry_run_writes_nothing(tmp_path, ogmkit):
+    result = ogmkit(tmp_path / "out", "--dry-run")
+    assert result.exit_code == 0
+    assert result.stdout.splitlines()[-1].split(maxsplit=2)[2] == "2 of 2 scenes to write, 16 frames"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_dry_run_tells_what_is_there(tmp_path, ogmkit):
+    ogmkit(tmp_path, "--split", "train")
+    before = contents(tmp_path)
+    result = ogmkit(tmp_path, "--dry-run")
+    assert sorted(line.split()[1] for line in result.stdout.splitlines()[:-1]) == ["keep", "write"]
+    result = ogmkit(tmp_path, "--dry-run", "--overwrite")
+    assert sorted(line.split()[1] for line in result.stdout.splitlines()[:-1]) == ["replace", "write"]
+    assert contents(tmp_path) == before
+
+
+def test_a_failed_scene_is_named_on_stderr(tmp_path, tiny_dataroot, ogmkit):
+    root = shutil.copytree(tiny_dataroot, tmp_path / "root")
+    next((root / "samples/CAM_FRONT").iterdir()).unlink()
+    result = ogmkit(tmp_path / "out", dataroot=root)
+    assert result.exit_code == 1
+    assert result.stdout.splitlines()[-1].split() == ["failed", "1"]
+    (line,) = result.stderr.splitlines()
+    assert re.match(r"ogmkit: scene-\d+ failed: .*\.jpg: .*--images none", line)
+    assert len(list((tmp_path / "out").glob("*.h5"))) == 1
+
+
+def test_strict_raises_what_a_scene_failed_with(tmp_path, tiny_dataroot, ogmkit):
+    root = shutil.copytree(tiny_dataroot, tmp_path / "root")
+    for path in (root / "samples/CAM_FRONT").iterdir():
+        path.write_bytes(b"no JPEG")
+    result = ogmkit(tmp_path / "out", "--strict", dataroot=root)
+    assert (result.exit_code, result.stdout) == (1, "")
+    assert re.fullmatch(r"ogmkit: error: .*\.jpg: .*is not a whole JPEG.*\n", result.stderr)
+
+
+@pytest.mark.parametrize(
+    ("option", "message"),
+    [
+        (["--scenes", "scene-9999"], "unknown scene"),
+        (["--split", "nonsense"], "nonsense"),
+        (["--categories", "boat."], "unknown category"),
+        (["--rows", "0"], "grid"),
+    ],
+)
+def test_unknown_names_take_one_line(tmp_path, ogmkit, option, message):
+    result = ogmkit(tmp_path / "out", *option)
+    assert (result.exit_code, result.stdout) == (1, "")
+    assert message in result.stderr
+    assert result.stderr.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_full_disk_leaves_old_shards_intact(tmp_path, ogmkit, arguments):
+    out = tmp_path / "out"
+    assert ogmkit(out).exit_code == 0
+    before = contents(out)
+    command = [sys.executable, "-c", FULL_DISK, *arguments(out, "--overwrite")]
+    run = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert run.returncode == 1
+    assert "can't be written: File too large" in run.stderr
+    assert run.stderr.count("\n") == 1
+    assert {name: digest for name, digest in contents(out).items() if not name.startswith(".")} == before
+
+
+class Process:
+    """The command in a process group of its own."""
+
+    def __init__(self, arguments):
+        self._popen = subprocess.Popen([OGMKIT, *arguments], stderr=subprocess.PIPE, start_new_session=True)
+
+    @property
+    def pid(self):
+        return self._popen.pid
+
+    def running(self):
+        return self._popen.poll() is None
+
+    def send(self, number):
+        """Signal the whole group, as a terminal does; False where it has ended."""
+        running = self.running()
+        if running:
+            os.killpg(self._popen.pid, number)
+        return running
+
+    def finish(self):
+        """Its exit code and what it wrote to stderr."""
+        _, errors = self._popen.communicate(timeout=60)
+        return self._popen.returncode, errors.decode()
+
+
+@pytest.fixture
+def slow_arguments(arguments):
+    """An extract that takes long enough to be hit."""
+
+    def build(out, workers=2):
+        return arguments(
+            out, "--workers", workers, "--rows", "1500", "--columns", "1000", "--cell-size", "0.05"
+        )
+
+    return build
+
+
+def test_killed_at_ten_moments_and_finished_it_is_as_undisturbed(tmp_path, slow_arguments):
+    started = time.monotonic()
+    assert Process(slow_arguments(tmp_path / "whole")).finish() == (0, "")
+    run_time_s = time.monotonic() - started
+    out, hits = tmp_path / "out", 0
+    for moment in range(MOMENTS):
+        killed = Process(slow_arguments(out))
+        time.sleep(run_time_s * (moment + 0.5) / MOMENTS)
+        hits += killed.send(signal.SIGKILL)
+        killed.finish()
+        if moment % 3 == 2:  # leave work for the moments to come
+            for shard in out.glob("*.h5"):
+                shard.unlink()
+    assert hits > MOMENTS / 2
+    assert Process(slow_arguments(out)).finish() == (0, "")
+    assert contents(out) == contents(tmp_path / "whole")
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_ctrl_c_ends_at_once_with_whole_shards_only(tmp_path, slow_arguments, workers):
+    out = tmp_path / "out"
+    process = Process(slow_arguments(out, workers))
+    while not list(out.glob(".scene-*.part")):
+        assert process.running()
+        time.sleep(0.002)
+    process.send(signal.SIGINT)
+    assert process.finish() == (130, "ogmkit: interrupted\n")
+    names = {path.name for path in out.iterdir()}
+    assert {name for name in names if not name.endswith(".h5")} == {".ogmkit-extract.json"}
+
+
+def test_workers_end_with_their_parent(tmp_path, slow_arguments):
+    out = tmp_path / "out"
+    process = Process(slow_arguments(out))
+    while not list(out.glob(".scene-*.part")):
+        assert process.running()
+        time.sleep(0.002)
+    os.kill(process.pid, signal.SIGKILL)
+    process.finish()  # waits for all that hold its stderr
+    assert Process(slow_arguments(out)).finish()[0] == 0

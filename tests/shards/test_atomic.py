@@ -1,0 +1,54 @@
+import json
+import os
+
+import pytest
+
+from ogmkit.errors import OutputError
+from ogmkit.shards.atomic import is_part, remove_parts, replacing, write_json
+
+
+def test_the_file_appears_at_the_end_only(tmp_path):
+    path = tmp_path / "a.h5"
+    path.write_text("old")
+    with replacing(path) as part:
+        part.write_text("new")
+        assert path.read_text() == "old"
+        assert part.name == f".a.h5.{os.getpid()}.part"
+    assert path.read_text() == "new"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def write_and_fail(path, error):
+    with replacing(path) as part:
+        part.write_text("half")
+        raise error
+
+
+@pytest.mark.parametrize("error", [ValueError("wrong"), KeyboardInterrupt()])
+def test_whatever_is_raised_leaves_the_old_file_alone(tmp_path, error):
+    path = tmp_path / "a.h5"
+    path.write_text("old")
+    with pytest.raises(type(error)):
+        write_and_fail(path, error)
+    assert [file.read_text() for file in tmp_path.iterdir()] == ["old"]
+
+
+def test_a_refused_write_names_the_file_and_the_remedy(tmp_path):
+    path = tmp_path / "absent" / "a.json"
+    with pytest.raises(OutputError, match=r"a\.json: can't be written: No such file.*run again"):
+        write_json(path, {})
+
+
+def test_json_is_sorted(tmp_path):
+    write_json(tmp_path / "a.json", {"b": 1, "a": [2]})
+    text = (tmp_path / "a.json").read_text()
+    assert list(json.loads(text)) == ["a", "b"]
+
+
+def test_only_parts_are_removed(tmp_path):
+    names = [".a.h5.123.part", "a.h5", ".hidden", "a.part", ".a.h5.x.part"]
+    for name in names:
+        (tmp_path / name).write_text("")
+    assert [is_part(tmp_path / name) for name in names] == [True, False, False, False, False]
+    remove_parts(tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == set(names[1:])

@@ -1,0 +1,71 @@
+import json
+
+import pytest
+
+from ogmkit.errors import ShardError
+from ogmkit.shards.manifest import Manifest, ShardEntry, read_manifest, write_manifest
+from ogmkit.shards.settings import ExtractSettings
+
+
+@pytest.fixture
+def manifest():
+    shards = (
+        ShardEntry("scene-0001", "scene-0001.h5", "boston-seaport", 40, 1234, "ab" * 32, ("mini", "train")),
+        ShardEntry("scene-0002", "scene-0002.h5", "boston-seaport", 41, 1235, "cd" * 32, ("val",)),
+    )
+    return Manifest("v1.0-mini", "/data/nuscenes", ExtractSettings(), shards)
+
+
+@pytest.fixture
+def edit(tmp_path, manifest):
+    """Write the manifest with one change."""
+
+    def write(change):
+        write_manifest(tmp_path, manifest)
+        content = json.loads((tmp_path / "manifest.json").read_text())
+        change(content)
+        (tmp_path / "manifest.json").write_text(json.dumps(content))
+        return tmp_path
+
+    return write
+
+
+def test_it_survives_its_file(tmp_path, manifest):
+    write_manifest(tmp_path, manifest)
+    assert read_manifest(tmp_path) == manifest
+
+
+def test_a_split_is_its_shards(manifest):
+    assert [shard.scene for shard in manifest.split("train")] == ["scene-0001"]
+    with pytest.raises(ShardError, match="no shard is in split 'test'; there is mini, train, val"):
+        manifest.split("test")
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda content: content.update(format="webmanifest"), "is no ogmkit-manifest of version 1"),
+        (lambda content: content.update(format_version=2), "is no ogmkit-manifest of version 1"),
+        (lambda content: content.pop("settings"), "is damaged"),
+        (lambda content: content["settings"].update(compression="zip"), "is damaged"),
+        (lambda content: content["shards"][0].pop("sha256"), "is damaged"),
+        (lambda content: content["shards"][0].update(bytes="many"), "no integers"),
+        (lambda content: content["shards"][0].update(file="../scene-0001.h5"), "leaves the folder"),
+        (lambda content: content.update(shards=[3]), "is damaged"),
+    ],
+)
+def test_a_damaged_manifest_is_named(edit, change, message):
+    with pytest.raises(ShardError, match=rf"manifest\.json: .*{message}"):
+        read_manifest(edit(change))
+
+
+@pytest.mark.parametrize("text", ["", "{", "[1]", "<html>", "\ufeff{}"])
+def test_a_file_that_is_no_json_object_is_named(tmp_path, text):
+    (tmp_path / "manifest.json").write_text(text)
+    with pytest.raises(ShardError, match=r"manifest\.json: is damaged"):
+        read_manifest(tmp_path)
+
+
+def test_an_absent_manifest_is_named(tmp_path):
+    with pytest.raises(ShardError, match=r"manifest\.json: can't be read .*finished"):
+        read_manifest(tmp_path)

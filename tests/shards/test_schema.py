@@ -1,0 +1,46 @@
+import numpy as np
+import pytest
+
+from ogmkit.shards import schema
+
+# DESIGN §5: the names that users and checks rely on.
+PROMISED = {
+    "sample_token sample_data_token timestamp_us drivable vehicles field_of_view image image_path image_size",
+    "intrinsics ego_from_camera global_from_ego level_from_global trajectory/past trajectory/future",
+    "trajectory/past_valid trajectory/future_valid trajectory/valid boxes/annotation_token",
+    "boxes/instance_token boxes/category boxes/global_from_box boxes/size_wlh boxes/visibility",
+    "boxes/num_lidar_pts boxes/offsets lidar/points lidar/offsets",
+}
+
+
+def test_the_promised_names_are_there():
+    assert {field.name for field in schema.FIELDS} >= set(" ".join(PROMISED).split())
+
+
+def test_names_are_unique_and_described():
+    names = [field.name for field in schema.FIELDS]
+    assert len(set(names)) == len(names)
+    assert all(field.description for field in schema.FIELDS)
+
+
+@pytest.mark.parametrize(
+    ("image", "lidar", "left_out"), [(True, True, 0), (False, True, 1), (True, False, 2)]
+)
+def test_optional_parts(image, lidar, left_out):
+    assert len(schema.fields(image=image, lidar=lidar)) == len(schema.FIELDS) - left_out
+
+
+def test_shapes_resolve():
+    field = next(field for field in schema.FIELDS if field.name == "drivable")
+    assert field.resolved({"N": 3, "rows": 4, "columns": 5}) == (3, 4, 5)
+    assert field.h5_dtype == np.uint8
+
+
+def test_the_markdown_names_every_dataset_and_attribute():
+    text = schema.markdown()
+    for field in schema.FIELDS:
+        assert f"| `{field.name}` | {field.dtype} |" in text
+    for attribute in (*schema.FILE_ATTRIBUTES, *schema.CAMERA_ATTRIBUTES):
+        assert f"| `{attribute.name}` |" in text
+    columns = {line.count("|") for line in text.splitlines() if line}
+    assert columns == {5, 7}

@@ -1,0 +1,54 @@
+import json
+
+import pytest
+
+from ogmkit.errors import SettingsError
+from ogmkit.grid import GridSpec
+from ogmkit.shards.settings import ExtractSettings, differences
+from ogmkit.targets import TargetSettings
+
+
+def test_settings_survive_json():
+    settings = ExtractSettings(
+        TargetSettings(GridSpec(0.25, 7, 5, 3.5, 2.0), ("vehicle.car", "animal"), 2, 1.5, "none", True),
+        ("CAM_BACK", "CAM_FRONT"),
+        "lzf",
+    )
+    assert ExtractSettings.from_dict(json.loads(json.dumps(settings.to_dict()))) == settings
+
+
+@pytest.mark.parametrize(
+    ("cameras", "compression", "message"),
+    [
+        ((), "gzip", "cameras: none"),
+        (("CAM_FRONT", "CAM_FRONT"), "gzip", "each once"),
+        (("CAM_FRONT",), "zip", "compression: 'zip' is not one of gzip, lzf, none"),
+    ],
+)
+def test_impossible_settings_are_refused(cameras, compression, message):
+    with pytest.raises(SettingsError, match=message):
+        ExtractSettings(TargetSettings(), cameras, compression)
+
+
+@pytest.mark.parametrize("damage", [{"grid": {"rows": 1}}, {"min_visibility": 9}, {"new": 1}, {"cameras": 3}])
+def test_damaged_settings_are_refused(damage):
+    values = ExtractSettings().to_dict() | damage
+    if damage == {"grid": {"rows": 1}}:
+        values["grid"] = {"rows": -1}
+    with pytest.raises(SettingsError):
+        ExtractSettings.from_dict(values)
+
+
+def test_differences_are_named_with_both_values():
+    here = ExtractSettings(TargetSettings(GridSpec(rows=800)), ("CAM_FRONT", "CAM_BACK")).to_dict()
+    there = ExtractSettings().to_dict()
+    assert differences(here, there) == (
+        "cameras is CAM_BACK,CAM_FRONT here but CAM_FRONT there",
+        "grid.rows is 800 here but 1000 there",
+    )
+    assert differences(here, here) == ()
+
+
+def test_the_order_of_cameras_makes_no_difference():
+    one, other = (ExtractSettings(cameras=names).to_dict() for names in (("A", "B"), ("B", "A")))
+    assert differences(one, other) == ()
