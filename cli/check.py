@@ -1,0 +1,42 @@
+"""`ogmkit check`: a dataset against numbered rules."""
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+import click
+
+from .options import dataroot_argument, json_option, version_option
+from .progress import progress
+
+
+@click.command()
+@dataroot_argument
+@version_option
+@json_option
+@click.option("--strict", is_flag=True, help="Fail on warnings too.")
+def command(dataroot: Path, version: str | None, as_json: bool, strict: bool) -> None:
+    """Check a dataset against numbered rules.
+
+    Looks at all tables and at all files that they name, and lists each broken rule with how often it is
+    broken and first examples. An error is what makes the extraction of some scene fail whatever the settings;
+    everything else is a warning. Exit code 1 where there is an error, with --strict also a warning.
+    """
+    from ogmkit.nuscenes.check import check_dataset
+
+    with progress(None, "files", "check") as advance:
+        findings = check_dataset(dataroot, version, on_progress=advance)
+    errors = sum(finding.severity == "error" for finding in findings)
+    warnings = len(findings) - errors
+    if as_json:
+        content = {"errors": errors, "warnings": warnings, "findings": [asdict(f) for f in findings]}
+        click.echo(json.dumps(content, indent=2, ensure_ascii=False))
+    else:
+        for finding in findings:
+            click.echo(f"{finding.rule} {finding.severity}: {finding.title} ({finding.count:,}×)")
+            for example in finding.examples:
+                click.echo(f"    {example}")
+            click.echo(f"    → {finding.remedy}")
+        click.echo(f"{dataroot}: rules broken: {errors} with errors, {warnings} with warnings")
+    if errors or (strict and warnings):
+        raise click.exceptions.Exit(1)

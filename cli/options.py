@@ -1,0 +1,175 @@
+"""Arguments and options that commands share: each has one spelling and one help text."""
+
+import functools
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import click
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+_FOLDER = click.Path(exists=True, file_okay=False, path_type=Path)
+
+
+def name_list(value: str | tuple[str, ...]) -> tuple[str, ...]:
+    """An option's type: names separated by commas; a tuple (a default) passes."""
+    names = value if isinstance(value, tuple) else tuple(name.strip() for name in value.split(","))
+    if not all(names):
+        raise click.BadParameter(f"{value!r} holds an empty name")
+    return names
+
+
+def image_size(value: str | tuple[int, int]) -> tuple[int, int]:
+    """An option's type: WIDTHxHEIGHT, such as 800x450, as (height, width); a tuple (a default) passes."""
+    if isinstance(value, tuple):
+        return value
+    match = re.fullmatch(r"([1-9]\d{0,4})x([1-9]\d{0,4})", value, re.ASCII | re.IGNORECASE)
+    if match is None:
+        raise click.BadParameter(f"{value!r} is not WIDTHxHEIGHT, such as 800x450")
+    return int(match[2]), int(match[1])
+
+
+dataroot_argument = click.argument("dataroot", type=_FOLDER)
+"""DATAROOT, as `dataroot: Path`: an existing folder that holds `v1.0-*`, `samples` and `maps`."""
+
+shards_argument = click.argument("out", type=_FOLDER)
+"""OUT, as `out: Path`: an existing folder that `ogmkit extract` wrote."""
+
+version_option = click.option(
+    "--version",
+    metavar="NAME",
+    help="Folder of the tables, such as v1.0-mini.  [default: the only v1.0-* folder there is]",
+)
+
+scenes_option = click.option(
+    "--scenes",
+    type=name_list,
+    metavar="NAME,…",
+    default=(),
+    help="Scene names, separated by commas.  [default: every scene]",
+)
+
+splits_option = click.option(
+    "--split",
+    "splits",
+    type=name_list,
+    metavar="NAME,…",
+    default=(),
+    help="Only the scenes of these splits, such as train,val.  [default: every scene]",
+)
+
+split_file_option = click.option(
+    "--split-file",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="JSON file: split name → list of scene names.  [default: the dataset's splits.json, else the "
+    "official splits]",
+)
+
+categories_option = click.option(
+    "--categories",
+    type=name_list,
+    metavar="NAME,…",
+    default=("vehicle.",),
+    show_default=True,
+    help="Beginnings of the category names that count as vehicles, separated by commas.",
+)
+
+min_visibility_option = click.option(
+    "--min-visibility",
+    type=click.IntRange(0, 4),
+    default=0,
+    show_default=True,
+    help="Lowest visibility level of a vehicle, 1 to 4; unknown visibility always counts.",
+)
+
+max_gap_option = click.option(
+    "--max-gap",
+    "max_gap_s",
+    type=click.FloatRange(min=0, min_open=True),
+    metavar="SECONDS",
+    default=0.75,
+    show_default=True,
+    help="Longest time between key frames within a trajectory.",
+)
+
+workers_option = click.option(
+    "--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Processes to work in."
+)
+
+cache_dir_option = click.option(
+    "--cache-dir",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Folder for decoded map masks.  [default: the user's cache folder]",
+)
+
+json_option = click.option("--json", "as_json", is_flag=True, help="Write JSON to stdout instead of a table.")
+
+
+def cameras_option(*default: str) -> Callable[[Function], Function]:
+    """`--camera`, repeatable, as `cameras: tuple[str, ...]`; no default, no value: all there are."""
+    return click.option(
+        "--camera",
+        "cameras",
+        metavar="CHANNEL",
+        multiple=True,
+        default=default,
+        show_default=True if default else "all",
+        help="Camera channel, such as CAM_FRONT; repeat for several.",
+    )
+
+
+def grid_options(function: Function) -> Function:
+    """The grid's five options, handed to the command as one `grid: GridSpec`."""
+
+    @functools.wraps(function)
+    def with_grid(
+        *args: object,
+        cell_size: float,
+        rows: int,
+        columns: int,
+        ego_row: float | None,
+        ego_column: float | None,
+        **kwargs: object,
+    ) -> object:
+        from ogmkit.grid import GridSpec
+
+        grid = GridSpec(
+            m_per_cell=cell_size,
+            rows=rows,
+            columns=columns,
+            ego_row=float(rows) if ego_row is None else ego_row,
+            ego_column=columns * 6 / 11 if ego_column is None else ego_column,
+        )
+        return function(*args, grid=grid, **kwargs)
+
+    for option in reversed(_GRID_OPTIONS):
+        with_grid = option(with_grid)
+    return with_grid  # type: ignore[return-value]  # wraps keeps the signature but for `grid`
+
+
+_GRID_OPTIONS = (
+    click.option(
+        "--cell-size",
+        type=float,
+        metavar="METRES",
+        default=0.1,
+        show_default=True,
+        help="Side of a grid cell.",
+    ),
+    click.option("--rows", type=int, default=1000, show_default=True, help="Rows of the grid."),
+    click.option("--columns", type=int, default=550, show_default=True, help="Columns of the grid."),
+    click.option(
+        "--ego-row",
+        type=float,
+        show_default="ROWS, the bottom edge",
+        help="The ego's place from the grid's top edge, in cells.",
+    ),
+    click.option(
+        "--ego-column",
+        type=float,
+        show_default="6/11 of COLUMNS, as in the paper",
+        help="The ego's place from the grid's left edge, in cells.",
+    ),
+)

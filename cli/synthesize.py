@@ -1,0 +1,83 @@
+"""`ogmkit synthesize`."""
+
+from pathlib import Path
+
+import click
+
+from .options import image_size, name_list
+from .progress import progress
+
+_CAMERAS = "CAM_FRONT,CAM_FRONT_RIGHT,CAM_BACK_RIGHT,CAM_BACK,CAM_BACK_LEFT,CAM_FRONT_LEFT"
+
+
+@click.command()
+@click.argument("out", type=click.Path(path_type=Path))
+@click.option("--scenes", default=4, show_default=True, help="How many scenes, spread over four locations.")
+@click.option("--frames", default=20, show_default=True, help="Key frames a scene, half a second apart.")
+@click.option("--seed", default=0, show_default=True, help="The same seed gives the same dataset.")
+@click.option(
+    "--version", default="v1.0-mini", show_default=True, metavar="NAME", help="Folder of the tables."
+)
+@click.option(
+    "--cameras", type=name_list, default=_CAMERAS, metavar="NAME,…", show_default="all six", help="Cameras."
+)
+@click.option(
+    "--image-size",
+    "size",
+    type=image_size,
+    default="800x450",
+    show_default=True,
+    metavar="WIDTHxHEIGHT",
+    help="Size of the images.",
+)
+@click.option("--lidar/--no-lidar", default=True, show_default=True, help="Make LiDAR sweeps.")
+@click.option("--sweeps", is_flag=True, help="Also what the sensors record between key frames.")
+@click.option(
+    "--relief",
+    "relief_m",
+    default=0.0,
+    show_default=True,
+    metavar="METRES",
+    help="How much the ground's height varies; 0 is a flat world.",
+)
+def command(
+    out: Path,
+    scenes: int,
+    frames: int,
+    seed: int,
+    version: str,
+    cameras: tuple[str, ...],
+    size: tuple[int, int],
+    lidar: bool,
+    sweeps: bool,
+    relief_m: float,
+) -> None:
+    """Make a nuScenes-style dataset out of nothing.
+
+    OUT must be absent or empty. The dataset has all tables, map masks and map expansions, rendered camera
+    images and LiDAR sweeps, and a splits.json.
+    """
+    from ogmkit.synthetic.build import SynthesisSettings, synthesize
+
+    settings = SynthesisSettings(
+        scenes=scenes,
+        frames=frames,
+        seed=seed,
+        version=version,
+        cameras=cameras,
+        image_size=size,
+        lidar=lidar,
+        sweeps=sweeps,
+        relief_m=relief_m,
+    )
+    with progress(None, "files", "synthesize") as advance:
+        summary = synthesize(out, settings, on_progress=advance)
+    click.echo(
+        f"{out}: {_counted(len(summary.scenes), 'scene')} at {', '.join(summary.locations)}; "
+        f"{_counted(summary.samples, 'key frame')}, {_counted(summary.annotations, 'box', 'boxes')}, "
+        f"{_counted(summary.files, 'image or sweep', 'images and sweeps')}"
+    )
+
+
+def _counted(count: int, one: str, many: str | None = None) -> str:
+    return f"{count} {one if count == 1 else many or one + 's'}"

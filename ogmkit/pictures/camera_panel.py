@@ -1,0 +1,61 @@
+"""The camera's picture with projected 3D boxes."""
+
+import numpy as np
+
+from ogmkit.geometry.boxes import EDGES, box_corners
+from ogmkit.geometry.camera import project
+from ogmkit.geometry.polygons import clip_near_plane
+from ogmkit.pictures.canvas import MUTED, ORANGE, PANEL, PURPLE, YELLOW, Canvas, Colour, fit, resize
+from ogmkit.pictures.views import View
+from ogmkit.typing import FloatArray
+
+BOX_COLOURS: dict[str, Colour] = {"vehicle": ORANGE, "human": PURPLE, "movable_object": YELLOW}
+"""First part of a category's name → colour of its boxes; `OTHER_COLOUR` for the rest."""
+OTHER_COLOUR: Colour = MUTED
+
+_NEAR_M = 0.1
+_CLOSE_M = 25.0
+_FRONT_FACE = (0, 1, 2, 3)
+_FRONT_OPACITY = 0.45
+
+
+def draw_camera(view: View, size: tuple[int, int]) -> Canvas:
+    """Draw the image, or an empty panel that says there is none, and the boxes over it.
+
+    Args:
+        view: the frame.
+        size: largest (height, width) in pixels; the image keeps its shape.
+    """
+    height, width = fit(view.image_size, size)
+    canvas = Canvas(height, width, PANEL)
+    if view.image is None:
+        canvas.text("no image in the shard", width // 2, height // 5, 22, MUTED, "centre")
+    else:
+        canvas.paste(resize(view.image, (height, width), photo=True), 0, 0)
+    corners = box_corners(view.camera_from_box, view.size_wlh)
+    depths_m = view.camera_from_box[:, 2, 3]
+    for box in np.argsort(-depths_m).tolist():
+        colour = BOX_COLOURS.get(view.category[box].partition(".")[0], OTHER_COLOUR)
+        _draw_box(canvas, corners[box], _panel_intrinsics(view, height), colour, depths_m[box] < _CLOSE_M)
+    return canvas
+
+
+def _draw_box(
+    canvas: Canvas, corners_camera: FloatArray, intrinsics: FloatArray, colour: Colour, close: bool
+) -> None:
+    """Draw the (8, 3) corners' edges, and the front face filled, as far as they lie before the camera."""
+    front = clip_near_plane(corners_camera[list(_FRONT_FACE)], _NEAR_M)
+    canvas.polygon(project(intrinsics, front)[0], colour, _FRONT_OPACITY)
+    for edge in EDGES:
+        visible = clip_near_plane(corners_camera[list(edge)], _NEAR_M)
+        if len(visible):
+            canvas.polyline(project(intrinsics, visible)[0], colour, 2 if close else 1)
+
+
+def _panel_intrinsics(view: View, height: int) -> FloatArray:
+    """Intrinsics of the scaled image; pixel centres at integers move by half a pixel less (DESIGN §1)."""
+    scale = height / view.image_size[0]
+    shift = (scale - 1) / 2
+    panel_from_image = np.array([[scale, 0, shift], [0, scale, shift], [0, 0, 1]])
+    scaled: FloatArray = panel_from_image @ view.intrinsics
+    return scaled

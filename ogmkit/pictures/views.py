@@ -1,0 +1,123 @@
+"""What one frame of a shard shows: read for drawing, with poses already in the camera's frame."""
+
+import io
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image
+
+from ogmkit.errors import DataFileError
+from ogmkit.geometry.se3 import inverse
+from ogmkit.nuscenes.paths import resolve
+from ogmkit.shards.reader import REMEDY, Shard
+from ogmkit.typing import FloatArray, UInt8Array
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """One frame, ready to be drawn; M boxes.
+
+    Attributes:
+        index: place among the camera's frames.
+        time_s: since the camera's first frame.
+        image: (h, w, 3) uint8 RGB, perhaps reduced; None where the shard holds no image.
+        image_size: (height, width) that the intrinsics refer to.
+        intrinsics: (3, 3).
+        camera_from_box: (M, 4, 4).
+        size_wlh: (M, 3) metres.
+        category: M full names.
+        drivable: (rows, columns) uint8 0/1, as `vehicles` and `field_of_view`.
+        vehicles: see `drivable`.
+        field_of_view: see `drivable`.
+        past: (6, 2) metres in the level frame, oldest first; NaN where there is none.
+        future: (6, 2), as `past`.
+    """
+
+    index: int
+    time_s: float
+    image: UInt8Array | None
+    image_size: tuple[int, int]
+    intrinsics: FloatArray
+    camera_from_box: FloatArray
+    size_wlh: FloatArray
+    category: tuple[str, ...]
+    drivable: UInt8Array
+    vehicles: UInt8Array
+    field_of_view: UInt8Array
+    past: FloatArray
+    future: FloatArray
+
+
+def evenly(count: int, of: int) -> tuple[int, ...]:
+    """At most `count` indices below `of`: the middles of equal parts, since the ends lack past or future."""
+    count = min(count, of)
+    return tuple((2 * part + 1) * of // (2 * count) for part in range(count))
+
+
+def read_view(shard: Shard, camera: str, index: int, *, dataroot: Path | None = None) -> View:
+    """Read one frame.
+
+    Args:
+        shard: an open shard.
+        camera: channel.
+        index: the frame's place among the camera's.
+        dataroot: where images are found that the shard only refers to; None leaves them out.
+
+    Raises:
+        ShardError: the shard lacks something.
+        DataFileError: an image is absent, or no JPEG of the size that the shard says.
+        TableError: an image's path leaves `dataroot`.
+        OSError: a part of the shard is damaged.
+    """
+
+    def row(name: str) -> Any:  # noqa: ANN401  # arrays and scalars of several dtypes
+        return shard.dataset(camera, name)[index]
+
+    boxes = shard.boxes(camera, index)
+    height, width = row("image_size").tolist()
+    first_us = int(shard.dataset(camera, "timestamp_us")[0])
+    return View(
+        index=index,
+        time_s=(int(row("timestamp_us")) - first_us) / 1e6,
+        image=_image(shard, camera, index, (height, width), dataroot),
+        image_size=(height, width),
+        intrinsics=row("intrinsics"),
+        camera_from_box=inverse(row("global_from_ego") @ row("ego_from_camera")) @ boxes.global_from_box,
+        size_wlh=boxes.size_wlh,
+        category=boxes.category,
+        drivable=row("drivable"),
+        vehicles=row("vehicles"),
+        field_of_view=row("field_of_view"),
+        past=row("trajectory/past"),
+        future=row("trajectory/future"),
+    )
+
+
+def _image(
+    shard: Shard, camera: str, index: int, size: tuple[int, int], dataroot: Path | None
+) -> UInt8Array | None:
+    """The frame's picture from the shard, else from the dataset, else None."""
+    stored = shard.image(camera, index)
+    if stored is not None:
+        place = f"{shard.path}: {camera}/image[{index}]"
+        return _decode(io.BytesIO(stored.tobytes()), size, place, REMEDY)
+    if dataroot is None:
+        return None
+    path = resolve(dataroot, shard.strings(camera, "image_path", slice(index, index + 1))[0])
+    return _decode(path, size, str(path), "restore it, or leave --dataroot out")
+
+
+def _decode(source: Path | io.BytesIO, size: tuple[int, int], place: str, remedy: str) -> UInt8Array:
+    """RGB pixels of a JPEG; its header is checked before anything of its size is allocated."""
+    try:
+        with Image.open(source, formats=("JPEG",)) as picture:
+            found = picture.height, picture.width
+            if found == size:
+                return np.asarray(picture.convert("RGB"))
+    except (OSError, SyntaxError, Image.DecompressionBombError) as error:
+        reason = getattr(error, "strerror", None) or "is not a whole JPEG"
+        raise DataFileError(f"{place}: {reason}; {remedy}") from error
+    shown, expected = (f"{width} × {height}" for height, width in (found, size))
+    raise DataFileError(f"{place}: is {shown} pixels, by its record {expected}; {remedy}")

@@ -1,0 +1,122 @@
+"""The shell round the commands: exit codes, one-line errors, and how little it imports."""
+
+import errno
+import os
+import subprocess
+import sys
+import types
+
+import click
+import pytest
+from click.testing import CliRunner
+from ogmkit_cli import main as shell
+
+from ogmkit import __version__
+from ogmkit.errors import SettingsError, TableError
+
+HEAVY = ("numpy", "cv2", "duckdb", "h5py", "shapely", "PIL", "tqdm")
+
+
+@pytest.fixture
+def run_raising(monkeypatch):
+    """Run `ogmkit fail` with a command that raises what it is given."""
+
+    def run(error):
+        @click.command()
+        def command():
+            """Fail."""
+            raise error
+
+        monkeypatch.setitem(shell.COMMANDS, "fail", "Fail.")
+        monkeypatch.setitem(sys.modules, "ogmkit_cli.fail", types.SimpleNamespace(command=command))
+        return CliRunner().invoke(shell.main, ["fail"])
+
+    return run
+
+
+@pytest.mark.parametrize(
+    ("error", "line", "code"),
+    [
+        (TableError("scene.json: record 7: broken"), "ogmkit: error: scene.json: record 7: broken", 1),
+        (SettingsError("grid: no"), "ogmkit: error: grid: no", 1),
+        (KeyboardInterrupt(), "ogmkit: interrupted", 130),
+        (
+            MemoryError(),
+            "ogmkit: error: out of memory; try fewer --workers or a smaller grid",
+            1,
+        ),
+        (
+            OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "x.h5"),
+            "ogmkit: error: [Errno 28] No space left on device: 'x.h5'",
+            1,
+        ),
+    ],
+)
+def test_expected_failures_are_one_line_on_stderr(run_raising, error, line, code):
+    result = run_raising(error)
+
+    assert (result.exit_code, result.stderr.strip(), result.stdout) == (code, line, "")
+
+
+def test_a_message_with_line_breaks_and_control_characters_stays_one_harmless_line(run_raising):
+    result = run_raising(TableError("scene\nname \x1b[31m é\udc80"))
+
+    assert result.stderr == "ogmkit: error: scene name \\x1b[31m é\\udc80\n"
+
+
+def test_a_programming_error_is_not_hidden(run_raising):
+    assert isinstance(run_raising(ZeroDivisionError("bug")).exception, ZeroDivisionError)
+
+
+def test_a_closed_pipe_ends_quietly(run_raising):
+    result = run_raising(BrokenPipeError(errno.EPIPE, "Broken pipe"))
+
+    assert (result.exit_code, result.output) == (1, "")
+
+
+def test_usage_errors_exit_with_2():
+    assert CliRunner().invoke(shell.main, ["no-such-command"]).exit_code == 2
+    assert CliRunner().invoke(shell.main, ["--no-such-option"]).exit_code == 2
+
+
+def test_version():
+    assert CliRunner().invoke(shell.main, ["--version"]).stdout == f"ogmkit {__version__}\n"
+
+
+@pytest.mark.parametrize("arguments", [[], ["--help"]])
+def test_help_lists_every_command_in_order(arguments):
+    text = CliRunner().invoke(shell.main, arguments).output
+    listed = text.partition("Commands:\n")[2].splitlines()
+
+    assert [line.split(maxsplit=1) for line in listed] == [[*item] for item in shell.COMMANDS.items()]
+
+
+@pytest.mark.parametrize("name", shell.COMMANDS)
+def test_each_command_loads_and_says_what_the_table_says(name):
+    command = shell.main.get_command(click.Context(shell.main), name)
+
+    assert command.get_short_help_str(limit=200) == shell.COMMANDS[name]
+
+
+@pytest.mark.parametrize("name", shell.COMMANDS)
+def test_help_of_the_group_and_of_each_command_imports_nothing_heavy(name):
+    code = f"""
+import sys
+from ogmkit_cli.main import main
+for arguments in (["--help"], [{name!r}, "--help"]):
+    main(arguments, standalone_mode=False)
+print([module for module in {HEAVY} if module in sys.modules])
+"""
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+
+    assert result.stdout.splitlines()[-1] == "[]"
+
+
+def test_the_console_script_reports_a_failure_without_traceback(tmp_path):
+    code = "import sys; from ogmkit_cli.main import main; sys.argv[0] = 'ogmkit'; main()"
+    arguments = [sys.executable, "-c", code, "preview", str(tmp_path)]
+    result = subprocess.run(arguments, capture_output=True, text=True, check=False)
+
+    assert result.returncode == 1
+    assert result.stderr.startswith(f"ogmkit: error: {tmp_path}")
+    assert result.stderr.count("\n") == 1

@@ -1,0 +1,45 @@
+"""`ogmkit preview` end to end on real shards of a synthetic dataset."""
+
+import cv2
+import pytest
+from click.testing import CliRunner
+from ogmkit_cli.main import main
+
+
+@pytest.fixture(scope="module")
+def shards(tiny_dataroot, tmp_path_factory):
+    out = tmp_path_factory.mktemp("preview") / "shards"
+    arguments = ["extract", tiny_dataroot, out, "--camera", "CAM_FRONT", "--camera", "CAM_BACK"]
+    coarse = ["--cell-size", "0.5", "--rows", "200", "--columns", "110"]
+    cache = ["--cache-dir", tmp_path_factory.mktemp("cache")]
+    result = CliRunner().invoke(main, [str(argument) for argument in (*arguments, *coarse, *cache)])
+    assert result.exit_code == 0, result.output
+    return out
+
+
+def run(*arguments):
+    return CliRunner().invoke(main, ["preview", *map(str, arguments)])
+
+
+def test_sheets_are_written_and_named_on_stdout(shards, tmp_path):
+    result = run(shards, "--out", tmp_path, "--camera", "CAM_BACK", "--frames", 2)
+
+    assert result.exit_code == 0
+    paths = result.stdout.splitlines()
+    assert sorted(paths) == sorted(str(path) for path in tmp_path.iterdir())
+    assert len(paths) == 2
+    assert all(path.endswith("_CAM_BACK.png") for path in paths)
+    assert all(cv2.imread(path).shape[1] > 1200 for path in paths)
+
+
+def test_failures_are_one_line_and_exit_1(shards, tmp_path):
+    result = run(shards, "--out", tmp_path, "--scenes", "no-such-scene")
+
+    assert result.exit_code == 1
+    assert result.stderr.startswith(f"ogmkit: error: {shards}: has no scene 'no-such-scene'")
+    assert result.stderr.count("\n") == 1
+
+
+def test_usage_errors_exit_2(tmp_path):
+    assert run(tmp_path / "absent").exit_code == 2
+    assert run(tmp_path, "--frames", "0").exit_code == 2

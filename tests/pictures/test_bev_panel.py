@@ -1,0 +1,128 @@
+"""The plane from above: rasters and metres lie on one another, and nothing is mirrored."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from ogmkit.grid import GridSpec
+from ogmkit.pictures import bev_panel
+from ogmkit.pictures.bev_panel import Plan, draw_plane, plan_for, shade
+from ogmkit.pictures.canvas import PAGE
+from ogmkit.pictures.views import read_view
+from ogmkit.shards.reader import Shard
+
+SIZE = 540, 960
+
+
+@pytest.fixture
+def view(make_shards):
+    with Shard(make_shards() / "scene-0001.h5") as shard:
+        return read_view(shard, "CAM_FRONT", 1)
+
+
+def colour_at(canvas, plan, x_m, y_m):
+    column, row = np.rint(plan.pixels(np.array([[x_m, y_m]]))[0]).astype(int)
+    return canvas.pixels[row, column].tolist()
+
+
+def expected(drivable, vehicle, seen):
+    return shade(*(np.full((1, 1), float(share)) for share in (drivable, vehicle, seen)))[0, 0].tolist()
+
+
+def test_each_kind_of_cell_has_its_colour_at_its_place(view, grid):
+    plan = plan_for(grid, [view], SIZE)
+    canvas = draw_plane(view, plan)
+
+    # Rows 20–29 and columns 4–7 of 0.5 m, the ego at (80, 24): x 25…30 m, y 8…10 m.
+    assert colour_at(canvas, plan, 27.0, 9.0) == expected(0, 1, 1)
+    assert colour_at(canvas, plan, 27.0, 8.2) == expected(0, 1, 1)
+    assert colour_at(canvas, plan, 27.0, 7.8) == expected(0, 0, 1)
+    assert colour_at(canvas, plan, 30.3, 9.0) == expected(0, 0, 1)
+    assert colour_at(canvas, plan, 27.0, -9.0 + 1.5) == expected(0, 0, 1)
+    # Columns 10–29 drive: y from −3 to 7 m; below row 60 (x < 10 m) the camera sees nothing.
+    assert colour_at(canvas, plan, 27.0, 6.0) == expected(1, 0, 1)
+    assert colour_at(canvas, plan, 27.0, -2.5) == expected(1, 0, 1)
+    assert colour_at(canvas, plan, 27.0, -3.5) == expected(0, 0, 1)
+    assert colour_at(canvas, plan, 5.0, 6.0) == expected(1, 0, 0)
+
+
+def test_what_is_out_of_view_is_darker_but_told_apart():
+    kinds = [expected(drivable, vehicle, 0) for drivable, vehicle in ((0, 0), (1, 0), (0, 1))]
+
+    assert len({tuple(kind) for kind in kinds}) == 3
+    for kind, (drivable, vehicle) in zip(kinds, ((0, 0), (1, 0), (0, 1)), strict=True):
+        assert sum(kind) < sum(expected(drivable, vehicle, 1))
+
+
+def test_past_and_future_points_have_their_dots(view, grid):
+    plan = plan_for(grid, [view], SIZE)
+    canvas = draw_plane(view, plan)
+
+    assert view.future[5].tolist() == [12.0, pytest.approx(3.6)]
+    for x_m, y_m in view.future[1:]:
+        assert colour_at(canvas, plan, x_m, y_m) == list(bev_panel.FUTURE_COLOUR)
+    for x_m, y_m in view.past[:4]:
+        assert colour_at(canvas, plan, x_m, y_m) == list(bev_panel.PAST_COLOUR)
+    assert colour_at(canvas, plan, 12.0, -3.6) != list(bev_panel.FUTURE_COLOUR)
+    assert colour_at(canvas, plan, 0.0, 0.0) == list(bev_panel.EGO_COLOUR)
+
+
+def test_missing_points_draw_nothing(view, grid):
+    nothing = np.full((6, 2), np.nan)
+    lonely = dataclasses.replace(view, past=nothing, future=nothing)
+    canvas = draw_plane(lonely, plan_for(grid, [lonely], SIZE))
+
+    for colour in (bev_panel.PAST_COLOUR, bev_panel.FUTURE_COLOUR):
+        assert not (canvas.pixels == colour).all(axis=2).any()
+
+
+def test_the_strip_behind_holds_the_longest_past_up_to_a_limit(view, grid):
+    def behind_m(distance_m):
+        past = view.past.copy()
+        past[0, 0] = -distance_m
+        return plan_for(grid, [view, dataclasses.replace(view, past=past)], SIZE).behind_m
+
+    assert behind_m(1.0) == 10.0
+    assert behind_m(20.0) == 22.0
+    assert behind_m(1e6) == 30.0
+
+
+@pytest.mark.parametrize(
+    "grid",
+    [GridSpec(), GridSpec(0.25, 40, 900, 20, 17.5), GridSpec(1.0, 7, 3, 7, 1), GridSpec(0.1, 1, 1, 1, 0)],
+)
+def test_a_plan_fits_whatever_the_grid(view, grid):
+    plan = plan_for(grid, [view], SIZE)
+    height, width = plan.size
+
+    assert 1 <= height <= SIZE[0] + 1
+    assert 1 <= width <= SIZE[1] + 1
+    shape_view = dataclasses.replace(
+        view,
+        drivable=np.ones(grid.shape, np.uint8),
+        vehicles=np.zeros(grid.shape, np.uint8),
+        field_of_view=np.ones(grid.shape, np.uint8),
+    )
+    assert draw_plane(shape_view, plan).shape == plan.size
+
+
+def test_metres_and_cells_agree_at_the_corners():
+    grid = GridSpec(0.5, 80, 40, 80, 24)
+    plan = Plan(grid, px_per_m=10.0, behind_m=5.0)
+
+    assert plan.size == (450, 200)
+    # Five pixels a cell: the centre of cell (column 0, row 0) is pixel (2, 2).
+    np.testing.assert_allclose(
+        plan.pixels(grid.positions_m(np.array([[0, 0], [39, 79]]))), [[2, 2], [197, 397]]
+    )
+
+
+def test_the_scale_bar_is_as_long_as_it_says(view, grid):
+    plan = plan_for(grid, [view], SIZE)
+    canvas = draw_plane(view, plan)
+    bar = canvas.pixels[plan.size[0] - 14]
+    columns = np.flatnonzero((bar != PAGE).any(axis=1))
+
+    # 20 m wide: 5 m is the longest round length under 45 % of it.
+    assert columns.max() - columns.min() + 1 == pytest.approx(5 * plan.px_per_m, abs=1)
