@@ -78,7 +78,8 @@ def _dashes(dividers: MultiLineString) -> list[shapely.Geometry]:
 
 
 def _zebra(crossing: Polygon) -> Iterator[Polygon]:
-    rectangle = shapely.get_coordinates(shapely.minimum_rotated_rectangle(crossing))
+    # Normalised, since GEOS releases begin the rectangle at different corners.
+    rectangle = shapely.get_coordinates(shapely.normalize(shapely.minimum_rotated_rectangle(crossing)))
     origin, first, second = rectangle[0], rectangle[1] - rectangle[0], rectangle[3] - rectangle[0]
     along, across = (first, second) if np.hypot(*first) >= np.hypot(*second) else (second, first)
     length_m = float(np.hypot(*along))

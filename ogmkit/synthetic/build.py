@@ -1,0 +1,201 @@
+"""`synthesize`: a whole nuScenes dataset out of nothing, from settings and a seed."""
+
+import json
+import re
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ogmkit.errors import OutputError, SettingsError
+from ogmkit.synthetic.layout import Layout, Location, build_layout
+from ogmkit.synthetic.mapfiles import write_expansion
+from ogmkit.synthetic.mask import write_mask
+from ogmkit.synthetic.plan import LogPlan, ScenePlan, plan_scenes, split_scenes
+from ogmkit.synthetic.recording import Recorder, RecordingSettings, count_files
+from ogmkit.synthetic.rig import CAMERA_MOUNTS
+from ogmkit.synthetic.sensors import LIDAR, Sensor, mounted_sensors
+from ogmkit.synthetic.stage import build_stage
+from ogmkit.synthetic.tables import Tables, add_log, add_map, add_vocabulary
+
+_LONGEST_STEP_S = 0.6
+_MAX_SCENES = 9999  # names have four digits
+_MAX_FRAMES = 2000
+_MAX_SIDE_PX = 8192
+_MAX_RELIEF_M = 10.0
+_MAX_AZIMUTHS = 8192
+
+
+@dataclass(frozen=True)
+class SynthesisSettings:
+    """What dataset to make.
+
+    Attributes:
+        scenes: how many, spread over four locations.
+        frames: key frames a scene.
+        seed: everything random comes from it.
+        version: name of the tables' folder, beginning with `v`.
+        cameras: channels, as nuScenes names them.
+        image_size: height and width of the images in pixels.
+        lidar: whether LiDAR sweeps are made; without, `num_lidar_pts` is 0 everywhere.
+        sweeps: also images and sweeps between the key frames.
+        relief_m: about how much the ground's height varies, metres; 0 for a flat world.
+        lidar_azimuths: LiDAR rays of a ring.
+
+    Raises:
+        SettingsError: a setting is out of range or unknown.
+    """
+
+    scenes: int = 4
+    frames: int = 20
+    seed: int = 0
+    version: str = "v1.0-mini"
+    cameras: tuple[str, ...] = tuple(CAMERA_MOUNTS)
+    image_size: tuple[int, int] = (450, 800)
+    lidar: bool = True
+    sweeps: bool = False
+    relief_m: float = 0.0
+    lidar_azimuths: int = 1090
+
+    def __post_init__(self) -> None:
+        for name, value, low, high in (
+            ("scenes", self.scenes, 1, _MAX_SCENES),
+            ("frames", self.frames, 1, _MAX_FRAMES),
+            ("seed", self.seed, 0, 2**63 - 1),
+            ("image height", self.image_size[0], 16, _MAX_SIDE_PX),
+            ("image width", self.image_size[1], 16, _MAX_SIDE_PX),
+            ("relief", self.relief_m, 0, _MAX_RELIEF_M),
+            ("LiDAR azimuths", self.lidar_azimuths, 1, _MAX_AZIMUTHS),
+        ):
+            if not low <= value <= high:
+                raise SettingsError(f"synthesize: {name} {value} is not between {low} and {high}")
+        if re.fullmatch(r"v1\.0-[A-Za-z0-9_-]+", self.version) is None:
+            raise SettingsError(f"synthesize: version {self.version!r} is no folder name such as v1.0-mini")
+        unknown = [camera for camera in self.cameras if camera not in CAMERA_MOUNTS]
+        if unknown or not self.cameras or len(set(self.cameras)) < len(self.cameras):
+            raise SettingsError(
+                f"synthesize: cameras {', '.join(self.cameras) or '(none)'} are not some of "
+                f"{', '.join(CAMERA_MOUNTS)}, each once"
+            )
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Cameras, then the LiDAR."""
+        return self.cameras + ((LIDAR,) if self.lidar else ())
+
+
+@dataclass(frozen=True)
+class SynthesisSummary:
+    """What was made.
+
+    Attributes:
+        scenes: their names.
+        locations: the maps used.
+        samples: key frames.
+        files: images and sweeps.
+        annotations: annotated boxes.
+    """
+
+    scenes: tuple[str, ...]
+    locations: tuple[str, ...]
+    samples: int
+    files: int
+    annotations: int
+
+
+def synthesize(
+    out: Path, settings: SynthesisSettings, *, on_progress: Callable[[int, int], None] | None = None
+) -> SynthesisSummary:
+    """Make a dataset; `out` appears when it is whole, or not at all.
+
+    Args:
+        out: where to; absent or an empty folder.
+        settings: what to make; the same settings give the same dataset.
+        on_progress: called with files done and files in all.
+
+    Raises:
+        OutputError: `out` holds something, or can't be written.
+    """
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise OutputError(f"{out}: not an empty folder; name another or remove it")
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=f".{out.name}.", dir=out.parent) as scratch:
+            making = Path(scratch) / "dataset"
+            summary = _make(making, settings, on_progress)
+            if out.exists():
+                out.rmdir()
+            making.rename(out)
+    except OSError as error:
+        raise OutputError(f"{out}: {error.strerror or error}; check space and permissions") from error
+    return summary
+
+
+def _make(
+    out: Path, settings: SynthesisSettings, on_progress: Callable[[int, int], None] | None
+) -> SynthesisSummary:
+    duration_s = settings.frames * _LONGEST_STEP_S + 1.0
+    plans = plan_scenes(settings.scenes, duration_s)
+    logs = list(dict.fromkeys(plan.log for plan in plans))
+    tables = Tables(settings.seed)
+    _make_folders(out, settings)
+    add_vocabulary(tables, settings.channels)
+    rigs = {log: _rig(log, settings) for log in logs}
+    for log, sensors in rigs.items():
+        add_log(tables, log, sensors)
+    layouts = {log.location: build_layout(settings.seed, log.location) for log in logs}
+    _write_maps(out, tables, layouts, logs)
+    annotations = 0
+    recording = RecordingSettings(
+        settings.frames, settings.image_size, settings.sweeps, settings.lidar_azimuths
+    )
+    counter = _Counter(_count(plans, settings, recording), on_progress)
+    recorder = Recorder(out, tables, recording, counter.advance)
+    for plan in plans:
+        stage = build_stage(settings.seed, plan, layouts[plan.log.location], duration_s, settings.relief_m)
+        annotations += recorder.record(stage, rigs[plan.log])
+    tables.write(out / settings.version)
+    names = tuple(plan.name for plan in plans)
+    (out / "splits.json").write_text(json.dumps(split_scenes(names), indent=1) + "\n", encoding="utf-8")
+    locations = tuple(location.name for location in layouts)
+    return SynthesisSummary(names, locations, len(plans) * settings.frames, counter.done, annotations)
+
+
+class _Counter:
+    """Counts files and tells."""
+
+    def __init__(self, total: int, on_progress: Callable[[int, int], None] | None) -> None:
+        self.done = 0
+        self._total = total
+        self._on_progress = on_progress
+
+    def advance(self) -> None:
+        self.done += 1
+        if self._on_progress is not None:
+            self._on_progress(self.done, self._total)
+
+
+def _count(plans: tuple[ScenePlan, ...], settings: SynthesisSettings, recording: RecordingSettings) -> int:
+    return sum(count_files(plan, settings.seed, settings.channels, recording) for plan in plans)
+
+
+def _rig(log: LogPlan, settings: SynthesisSettings) -> tuple[Sensor, ...]:
+    random = np.random.default_rng([settings.seed, 5, log.index]) if settings.relief_m else None
+    return mounted_sensors(settings.channels, settings.image_size, random)
+
+
+def _make_folders(out: Path, settings: SynthesisSettings) -> None:
+    (out / settings.version).mkdir(parents=True)
+    (out / "maps" / "expansion").mkdir(parents=True)
+    for kind in ("samples", "sweeps") if settings.sweeps else ("samples",):
+        for channel in settings.channels:
+            (out / kind / channel).mkdir(parents=True)
+
+
+def _write_maps(out: Path, tables: Tables, layouts: dict[Location, Layout], logs: list[LogPlan]) -> None:
+    for location, layout in layouts.items():
+        filename = add_map(tables, location.name, [log for log in logs if log.location == location])
+        write_mask(out / filename, layout.layers.drivable, location.size_m)
+        write_expansion(out / "maps" / "expansion" / f"{location.name}.json", layout, tables.seed)
