@@ -1,0 +1,51 @@
+"""Categories are chosen by the beginning of their names (DESIGN §3)."""
+
+from collections.abc import Sequence
+
+from ogmkit.errors import SettingsError
+from ogmkit.nuscenes.names import unknown
+
+OFFICIAL = (
+    "animal",
+    "human.pedestrian.adult",
+    "human.pedestrian.child",
+    "human.pedestrian.construction_worker",
+    "human.pedestrian.personal_mobility",
+    "human.pedestrian.police_officer",
+    "human.pedestrian.stroller",
+    "human.pedestrian.wheelchair",
+    "movable_object.barrier",
+    "movable_object.debris",
+    "movable_object.pushable_pullable",
+    "movable_object.trafficcone",
+    "static_object.bicycle_rack",
+    "vehicle.bicycle",
+    "vehicle.bus.bendy",
+    "vehicle.bus.rigid",
+    "vehicle.car",
+    "vehicle.construction",
+    "vehicle.emergency.ambulance",
+    "vehicle.emergency.police",
+    "vehicle.motorcycle",
+    "vehicle.trailer",
+    "vehicle.truck",
+)
+"""nuScenes' 23 object categories."""
+
+
+def require_known(wanted: Sequence[str], known: Sequence[str]) -> None:
+    """Check that each beginning of a name stands for at least one category.
+
+    Args:
+        wanted: full names or their beginnings, such as `vehicle.`.
+        known: a dataset's categories; nuScenes' own count as known too, as small datasets list only some.
+
+    Raises:
+        SettingsError: nothing is wanted, or a beginning fits no category.
+    """
+    if not wanted:
+        raise SettingsError("no category chosen; give full names or prefixes such as vehicle.")
+    everything = tuple(dict.fromkeys((*known, *OFFICIAL)))
+    for name in wanted:
+        if not name or not any(category.startswith(name) for category in everything):
+            raise SettingsError(unknown("category", name, everything))

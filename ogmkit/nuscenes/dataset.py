@@ -1,0 +1,173 @@
+"""A nuScenes-style dataset: scenes as frozen records, checked where they are used (DESIGN §7)."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from types import TracebackType
+
+from ogmkit.errors import SettingsError, TableError
+from ogmkit.frames import SceneRecord
+from ogmkit.nuscenes import splits as split_lists
+from ogmkit.nuscenes.names import unknown
+from ogmkit.nuscenes.overview import SceneOverview, scene_overviews
+from ogmkit.nuscenes.paths import one_line
+from ogmkit.nuscenes.records import SceneKey, frame_records, lidar_records, read_boxes, read_images
+from ogmkit.nuscenes.rules import Rule, find_violations
+from ogmkit.nuscenes.schema import EDGE_TABLES
+from ogmkit.nuscenes.tables import Tables, find_version
+from ogmkit.nuscenes.uses import LIDAR, prepare
+
+
+class Dataset:
+    """A dataset folder, opened for reading; use it in a `with` block.
+
+    Tables are loaded once, reduced to what frame records need; scenes are read one at a time. Records can
+    be pickled, the dataset itself can't.
+
+    Args:
+        root: holds `v1.0-…/`, `samples/` and `maps/`.
+        version: the version folder's name; None where there is only one `v1.0-*`.
+        memory_limit: DuckDB's cap, such as `1GB`; it spills to a temporary folder beyond.
+
+    Raises:
+        TableError: the root or a table is absent, or a table is no JSON array of records.
+        SettingsError: the version is absent, or several are there and none was asked for.
+    """
+
+    def __init__(self, root: Path, version: str | None = None, *, memory_limit: str = "1GB") -> None:
+        self.root = Path(root)
+        self.version = find_version(self.root, version)
+        self._tables = Tables(self.root / self.version, memory_limit=memory_limit)
+        self._rules: dict[str, Rule] = {}
+        try:
+            for table in EDGE_TABLES:
+                self._tables.load(table)
+            prepare(self._tables)
+        except BaseException:
+            self._tables.close()
+            raise
+
+    def __enter__(self) -> "Dataset":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Free the tables' memory and temporary files."""
+        self._tables.close()
+
+    def scene_names(self) -> tuple[str, ...]:
+        """Names of all scenes, sorted."""
+        return self._names("SELECT DISTINCT name FROM scene WHERE name IS NOT NULL ORDER BY name")
+
+    def channels(self) -> tuple[str, ...]:
+        """Channel names of all cameras, sorted."""
+        return self._names("SELECT DISTINCT channel FROM sensor WHERE modality = 'camera' ORDER BY channel")
+
+    def categories(self) -> tuple[str, ...]:
+        """Names of all object categories that the dataset lists, sorted."""
+        return self._names("SELECT DISTINCT name FROM category WHERE name IS NOT NULL ORDER BY name")
+
+    def overview(self) -> tuple[SceneOverview, ...]:
+        """Counts of every scene, sorted by name; looks which images are there."""
+        return scene_overviews(self._tables, self.root)
+
+    def map_path(self, location: str) -> str:
+        """The drivable-area mask of a location, relative to the root.
+
+        Raises:
+            SettingsError: no log of the dataset was recorded there, or its map is missing.
+        """
+        found = self._names(
+            "SELECT DISTINCT m.filename FROM map m JOIN log l ON list_contains(m.log_tokens, l.token) "
+            "WHERE l.location = ?",
+            location,
+        )
+        if not found:
+            raise SettingsError(
+                unknown("location", location, self._names("SELECT DISTINCT location FROM log"))
+            )
+        return found[0]
+
+    def splits(self, split_file: Path | None = None) -> dict[str, tuple[str, ...]]:
+        """Split → scene names: of the file given, else of the root's `splits.json`, else the official ones.
+
+        Raises:
+            TableError: the split file is absent or malformed, or names a scene that the dataset lacks.
+        """
+        return split_lists.find_splits(self.root, self.scene_names(), split_file)
+
+    def split(self, name: str, split_file: Path | None = None) -> tuple[str, ...]:
+        """The scenes of one split.
+
+        Raises:
+            TableError: see `splits`.
+            SettingsError: there is no such split, or none of its scenes is here.
+        """
+        official = split_file is None and not (self.root / split_lists.SPLITS_FILE).exists()
+        return split_lists.choose(self.splits(split_file), name, official=official)
+
+    def scene(self, name: str, cameras: Sequence[str], *, lidar: bool = False) -> SceneRecord:
+        """One scene's frames by camera, in temporal order.
+
+        Args:
+            name: the scene's.
+            cameras: channel names.
+            lidar: give each frame its sample's LiDAR sweep too.
+
+        Raises:
+            SettingsError: there is no such scene or camera.
+            TableError: a record that these frames use breaks a rule.
+        """
+        found = self._tables.rows("SELECT token FROM scene WHERE name = ?", [name])
+        if not found:
+            raise SettingsError(f"{self.root}: {unknown('scene', name, self.scene_names())}")
+        for camera in cameras:
+            if camera not in self.channels():
+                raise SettingsError(f"{self.root}: {unknown('camera', camera, self.channels())}")
+        token = found[0][0]
+        channels = (*cameras, LIDAR) if lidar else tuple(cameras)
+        self._require_sound(token, name, channels)
+        key = self._scene_key(token, name)
+        boxes = read_boxes(self._tables, token)
+        sweeps = lidar_records(read_images(self._tables, token, LIDAR)) if lidar else {}
+        frames = {
+            camera: frame_records(key, camera, read_images(self._tables, token, camera), boxes, sweeps)
+            for camera in cameras
+        }
+        return SceneRecord(name=name, location=key.location, cameras=frames)
+
+    def _scene_key(self, token: str, name: str) -> SceneKey:
+        ((location, map_path),) = self._tables.rows(
+            "SELECT l.location, m.filename FROM scene s JOIN log l ON l.token = s.log_token "
+            "JOIN map m ON list_contains(m.log_tokens, s.log_token) WHERE s.token = ?",
+            [token],
+        )
+        return SceneKey(dataroot=self.root, token=token, name=name, location=location, map_path=map_path)
+
+    def _require_sound(self, token: str, name: str, channels: Sequence[str]) -> None:
+        """Raise the first violation among what a scene's frames use."""
+        if not self._rules:
+            self._rules = {rule.id: rule for rule in find_violations(self._tables)}
+        concerns = "scene = ? AND (channel IS NULL OR list_contains(?, channel))"
+        broken = self._tables.rows(
+            f"SELECT rule, source, record, detail FROM violation WHERE {concerns} ORDER BY rowid LIMIT 1",
+            [token, list(channels)],
+        )
+        for rule, source, record, detail in broken:
+            raise TableError(
+                f"{self._tables.path(source)}: record {one_line(f'{record}: {detail}')} "
+                f"[{rule}, {one_line(name)}]; {self._rules[rule].remedy}"
+            )
+        recorded = self._names("SELECT DISTINCT channel FROM key_frame WHERE scene = ?", token)
+        for channel in channels:
+            if channel not in recorded:
+                raise TableError(
+                    f"{self._tables.path('sample_data')}: {name} has no key frame of {channel}; "
+                    f"there are: {', '.join(sorted(recorded))}"
+                )
+
+    def _names(self, sql: str, *parameters: str) -> tuple[str, ...]:
+        return tuple(row[0] for row in self._tables.rows(sql, parameters))

@@ -1,0 +1,135 @@
+"""Rules about the files that tables name; how far extraction gets without them decides what they count."""
+
+import struct
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from ogmkit.errors import OgmkitError
+from ogmkit.nuscenes.jpeg import jpeg_size
+from ogmkit.nuscenes.overview import is_present
+from ogmkit.nuscenes.paths import resolve
+from ogmkit.nuscenes.tables import Tables
+
+_PNG_START = b"\x89PNG\r\n\x1a\n"
+_PNG_END = b"IEND\xaeB`\x82"
+_PNG_HEADER = struct.Struct(">8x4x4sIIBB")
+_GREYSCALE = 0
+_LIDAR_POINT_BYTES = 20
+MASK_M_PER_PIXEL = 0.1
+
+_KEY_FILES = """
+SELECT k.filename, e.modality, k.height, k.width FROM key_frame k
+JOIN sensor e ON e.token = k.sensor_token
+WHERE k.filename IS NOT NULL
+ORDER BY k.row
+"""
+_OTHER_FILES = """
+SELECT filename FROM sample_data d ANTI JOIN key_frame k ON k.row = d.rowid
+WHERE filename IS NOT NULL ORDER BY d.rowid
+"""
+_MASKS = """
+SELECT m.filename, count(s.token) > 0, max(k.translation[1]), max(k.translation[2]),
+    min(k.translation[1]), min(k.translation[2])
+FROM map m
+LEFT JOIN scene s ON list_contains(m.log_tokens, s.log_token)
+LEFT JOIN key_frame k ON k.scene = s.token
+WHERE m.filename IS NOT NULL
+GROUP BY m.filename ORDER BY m.filename
+"""
+
+Problem = tuple[str, bool, str]
+"""Rule's number, whether every extraction of some scene fails for it, and what is wrong with which file."""
+
+FILE_RULES = {
+    "R701": ("image is absent", "download it, or extract with --images none"),
+    "R702": ("image is damaged or of another size", "download it again, or extract with --images none"),
+    "R703": ("LiDAR sweep is absent or damaged", "download it, or extract without --lidar"),
+    "R704": ("sweep or radar file is absent", "harmless: ogmkit reads key frames only"),
+    "R705": ("map mask is absent or damaged", "extract the map archive again"),
+    "R706": ("ego drives outside its map mask", "check that map.json names the right mask"),
+}
+"""Number → title and remedy."""
+
+
+def file_problems(tables: Tables, root: Path, tick: Callable[[], None]) -> Iterator[Problem]:
+    """Look at all files that a dataset's tables name.
+
+    Args:
+        tables: completely loaded and prepared.
+        root: the dataset's.
+        tick: called for each file.
+    """
+    for filename, modality, height, width in tables.stream(_KEY_FILES):
+        tick()
+        if modality == "camera":
+            yield from _image_problems(root, filename, (height, width))
+        else:
+            yield from _lidar_problems(root, filename)
+    for (filename,) in tables.stream(_OTHER_FILES):
+        tick()
+        if not is_present(root, filename):
+            yield "R704", False, filename
+    for filename, used, *extent_m in tables.rows(_MASKS):
+        tick()
+        yield from _mask_problems(root, filename, used, extent_m)
+
+
+def _image_problems(root: Path, filename: str, expected: tuple[int, int]) -> Iterator[Problem]:
+    if not is_present(root, filename):
+        yield "R701", False, filename
+        return
+    try:
+        size = jpeg_size(resolve(root, filename).read_bytes())
+    except (OSError, ValueError) as error:
+        yield "R702", False, f"{filename}: {error}"
+        return
+    if size != expected:
+        (height, width), (rows, columns) = expected, size
+        yield "R702", False, f"{filename}: {columns} × {rows} pixels, but {width} × {height} in the table"
+
+
+def _lidar_problems(root: Path, filename: str) -> Iterator[Problem]:
+    try:
+        size = resolve(root, filename).stat().st_size
+    except (OSError, OgmkitError):
+        yield "R703", False, f"{filename}: absent"
+        return
+    if size == 0 or size % _LIDAR_POINT_BYTES:
+        yield "R703", False, f"{filename}: {size} bytes are no whole number of points"
+
+
+def _mask_problems(root: Path, filename: str, used: bool, extent_m: list[float | None]) -> Iterator[Problem]:
+    try:
+        width, height = _mask_size(resolve(root, filename))
+    except (OSError, ValueError, OgmkitError) as error:
+        yield "R705", used, f"{filename}: {error.strerror if isinstance(error, OSError) else error}"
+        return
+    x_max, y_max, x_min, y_min = extent_m
+    if x_max is None or y_max is None or x_min is None or y_min is None:
+        return
+    if not (
+        0 <= x_min <= x_max <= width * MASK_M_PER_PIXEL and 0 <= y_min <= y_max <= height * MASK_M_PER_PIXEL
+    ):
+        yield "R706", False, f"{filename}: {width} × {height} pixels, ego up to ({x_max:.0f}, {y_max:.0f}) m"
+
+
+def _mask_size(path: Path) -> tuple[int, int]:
+    """(width, height) of a greyscale PNG by its header.
+
+    Raises:
+        ValueError: it is something else, or cut short.
+        OSError: it can't be read.
+    """
+    with path.open("rb") as file:
+        head = file.read(_PNG_HEADER.size)
+        file.seek(0, 2)
+        file.seek(max(0, file.tell() - len(_PNG_END)))
+        tail = file.read()
+    if len(head) < _PNG_HEADER.size or not head.startswith(_PNG_START):
+        raise ValueError("no PNG" if head else "empty")
+    kind, width, height, depth, colour = _PNG_HEADER.unpack(head)
+    if kind != b"IHDR" or tail != _PNG_END:
+        raise ValueError("cut short")
+    if colour != _GREYSCALE or depth not in (1, 8):
+        raise ValueError("neither 8-bit nor 1-bit greyscale")
+    return width, height

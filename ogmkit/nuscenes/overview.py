@@ -1,0 +1,77 @@
+"""What a dataset holds, counted: `ogmkit inspect`."""
+
+from collections import Counter, defaultdict
+from dataclasses import dataclass
+from pathlib import Path
+
+from ogmkit.errors import TableError
+from ogmkit.nuscenes.paths import file_size, resolve
+from ogmkit.nuscenes.tables import Tables
+
+_SCENES = """
+SELECT s.token, coalesce(s.name, ''), coalesce(l.location, ''),
+    (SELECT count(*) FROM sample f WHERE f.scene_token = s.token),
+    (SELECT count(*) FROM sample_annotation a JOIN sample f ON f.token = a.sample_token
+        WHERE f.scene_token = s.token)
+FROM scene s LEFT JOIN log l ON l.token = s.log_token
+ORDER BY s.name
+"""
+_IMAGES = """
+SELECT k.scene, k.channel, k.filename FROM key_frame k
+JOIN sensor e ON e.token = k.sensor_token
+WHERE e.modality = 'camera'
+"""
+
+
+@dataclass(frozen=True)
+class SceneOverview:
+    """Counts of one scene.
+
+    Attributes:
+        name: the scene's.
+        location: the map's name.
+        frames: key frames.
+        cameras: channel names, sorted.
+        boxes: annotations.
+        images: key-frame images that the tables name.
+        images_present: those whose files are there.
+    """
+
+    name: str
+    location: str
+    frames: int
+    cameras: tuple[str, ...]
+    boxes: int
+    images: int
+    images_present: int
+
+
+def scene_overviews(tables: Tables, root: Path) -> tuple[SceneOverview, ...]:
+    """Counts of every scene, sorted by name; damaged records simply count for less."""
+    cameras: defaultdict[str, set[str]] = defaultdict(set)
+    images: Counter[str] = Counter()
+    present: Counter[str] = Counter()
+    for scene, channel, filename in tables.stream(_IMAGES):
+        cameras[scene].add(channel)
+        images[scene] += 1
+        present[scene] += is_present(root, filename)
+    return tuple(
+        SceneOverview(
+            name=name,
+            location=location,
+            frames=frames,
+            cameras=tuple(sorted(cameras[token])),
+            boxes=boxes,
+            images=images[token],
+            images_present=present[token],
+        )
+        for token, name, location, frames, boxes in tables.rows(_SCENES)
+    )
+
+
+def is_present(root: Path, filename: str | None) -> bool:
+    """Whether a file that a table names is there; a name that leaves the root is not."""
+    try:
+        return filename is not None and file_size(resolve(root, filename)) is not None
+    except TableError:
+        return False

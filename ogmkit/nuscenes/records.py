@@ -1,0 +1,153 @@
+"""Frame records of one scene, made from the rows of its key frames."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ogmkit.frames import STEPS, Boxes, FrameRecord, LidarRecord
+from ogmkit.geometry.se3 import pose_matrix
+from ogmkit.nuscenes.tables import Tables, stacked
+from ogmkit.typing import FloatArray, IntArray
+
+_IMAGES = """
+SELECT k.sample_token, k.token, k.timestamp, k.filename, k.width, k.height, k.translation, k.rotation,
+       c.translation AS sensor_translation, c.rotation AS sensor_rotation, c.camera_intrinsic
+FROM key_frame k JOIN calibrated_sensor c ON c.token = k.calibrated_sensor_token
+WHERE k.scene = ? AND k.channel = ?
+ORDER BY k.sample_timestamp
+"""
+# A sample's annotations in file order, as the devkit lists them.
+_ANNOTATIONS = """
+SELECT a.token, a.sample_token, a.instance_token, c.name AS category, a.translation, a.rotation, a.size,
+       a.visibility_token, a.num_lidar_pts
+FROM sample_annotation a
+JOIN sample s ON s.token = a.sample_token
+JOIN instance i ON i.token = a.instance_token
+JOIN category c ON c.token = i.category_token
+WHERE a.scene_row = (SELECT rowid FROM scene WHERE token = ?)
+ORDER BY s.timestamp, a.rowid
+"""
+
+Columns = Mapping[str, NDArray[Any]]
+
+
+@dataclass(frozen=True)
+class SceneKey:
+    """What a scene's frames have in common; `token` finds its rows."""
+
+    dataroot: Path
+    token: str
+    name: str
+    location: str
+    map_path: str
+
+
+def read_images(tables: Tables, scene_token: str, channel: str) -> Columns:
+    """The columns of a scene's key-frame data of one camera or LiDAR, in temporal order."""
+    return tables.arrays(_IMAGES, [scene_token, channel])
+
+
+def read_boxes(tables: Tables, scene_token: str) -> dict[str, Boxes]:
+    """Sample token → that key frame's boxes; samples without annotations are left out."""
+    rows = tables.arrays(_ANNOTATIONS, [scene_token])
+    boxes = Boxes(
+        annotation_token=tuple(rows["token"]),
+        instance_token=tuple(rows["instance_token"]),
+        category=tuple(rows["category"]),
+        global_from_box=pose_matrix(stacked(rows["translation"], (3,)), stacked(rows["rotation"], (4,))),
+        size_wlh=stacked(rows["size"], (3,)),
+        visibility=np.array([int(level or 0) for level in rows["visibility_token"]], dtype=np.uint8),
+        num_lidar_pts=rows["num_lidar_pts"].astype(np.int64),
+    )
+    sample_tokens, inverse = np.unique(rows["sample_token"].astype(str), return_inverse=True)
+    return {str(token): boxes.selected(inverse == i) for i, token in enumerate(sample_tokens)}
+
+
+def no_boxes() -> Boxes:
+    """What a key frame without annotations has."""
+    return Boxes(
+        annotation_token=(),
+        instance_token=(),
+        category=(),
+        global_from_box=np.zeros((0, 4, 4)),
+        size_wlh=np.zeros((0, 3)),
+        visibility=np.zeros(0, dtype=np.uint8),
+        num_lidar_pts=np.zeros(0, dtype=np.int64),
+    )
+
+
+def lidar_records(rows: Columns) -> dict[str, LidarRecord]:
+    """Sample token → its LiDAR sweep."""
+    global_from_ego, ego_from_lidar = _poses(rows)
+    global_from_lidar = global_from_ego @ ego_from_lidar
+    return {
+        token: LidarRecord(path=path, timestamp_us=int(time), global_from_lidar=pose)
+        for token, path, time, pose in zip(
+            rows["sample_token"], rows["filename"], rows["timestamp"], global_from_lidar, strict=True
+        )
+    }
+
+
+def frame_records(
+    key: SceneKey,
+    camera: str,
+    rows: Columns,
+    boxes: Mapping[str, Boxes],
+    lidar: Mapping[str, LidarRecord],
+) -> tuple[FrameRecord, ...]:
+    """The frames of one camera.
+
+    Args:
+        key: the scene.
+        camera: the channel.
+        rows: what `read_images` gave for it.
+        boxes: by sample token.
+        lidar: by sample token; empty where none is wanted.
+    """
+    global_from_ego, ego_from_camera = _poses(rows)
+    intrinsics = stacked(rows["camera_intrinsic"], (3, 3))
+    times_us, positions = _neighbours(rows["timestamp"].astype(np.int64), global_from_ego[:, :3, 3])
+    return tuple(
+        FrameRecord(
+            dataroot=key.dataroot,
+            scene_name=key.name,
+            location=key.location,
+            map_path=key.map_path,
+            camera=camera,
+            sample_token=sample_token,
+            sample_data_token=rows["token"][i],
+            timestamp_us=int(rows["timestamp"][i]),
+            image_path=rows["filename"][i],
+            image_size=(int(rows["height"][i]), int(rows["width"][i])),
+            intrinsics=intrinsics[i],
+            ego_from_camera=ego_from_camera[i],
+            global_from_ego=global_from_ego[i],
+            boxes=boxes.get(sample_token, no_boxes()),
+            neighbour_timestamps_us=times_us[i],
+            neighbour_positions_global=positions[i],
+            lidar=lidar.get(sample_token),
+        )
+        for i, sample_token in enumerate(rows["sample_token"])
+    )
+
+
+def _poses(rows: Columns) -> tuple[FloatArray, FloatArray]:
+    """`global_from_ego` and `ego_from_sensor`, each (N, 4, 4)."""
+    global_from_ego = pose_matrix(stacked(rows["translation"], (3,)), stacked(rows["rotation"], (4,)))
+    ego_from_sensor = pose_matrix(
+        stacked(rows["sensor_translation"], (3,)), stacked(rows["sensor_rotation"], (4,))
+    )
+    return global_from_ego, ego_from_sensor
+
+
+def _neighbours(times_us: IntArray, positions_global: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Times (N, 13) and positions (N, 13, 3) at steps −6 … +6 of N frames; −1 and NaN beyond the ends."""
+    count = len(times_us)
+    padded_times = np.pad(times_us, STEPS, constant_values=-1)
+    padded_positions = np.pad(positions_global, ((STEPS, STEPS), (0, 0)), constant_values=np.nan)
+    steps = np.arange(count)[:, None] + np.arange(2 * STEPS + 1)
+    return padded_times[steps], padded_positions[steps]

@@ -1,0 +1,120 @@
+"""Splits: a split file, else the dataset's `splits.json`, else the official scene lists (DESIGN §7)."""
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from ogmkit.errors import SettingsError, TableError
+from ogmkit.nuscenes.names import unknown
+
+SPLITS_FILE = "splits.json"
+
+# Numbers of scene-NNNN, inclusive ranges. Source: nuscenes-devkit 1.2.0, nuscenes.utils.splits.
+_OFFICIAL_NUMBERS = {
+    "train": (
+        "1-2 4-11 19-34 41-76 120-135 138-139 149-152 154-155 157-168 170-185 187-188 190-196 199-200 "
+        "202-204 206-214 218-220 222 224-264 283-306 315-318 321 323-324 328 347-386 388-403 405-408 "
+        "410-459 461-465 467-469 471-472 474-480 499-502 504-515 517-518 525-539 541-546 566 568 570-578 "
+        "580 582-600 639-679 681 683-689 695-698 700-701 703-719 726-728 730-731 733-741 744 746-747 "
+        "749-752 757-765 767-769 786-787 789-792 803-806 808-813 815-817 819-822 847-856 858 860-866 "
+        "868-873 875-878 880 882-903 945 947 949 952-953 955-961 975-984 988-992 994-1025 1044-1058 "
+        "1074-1102 1104-1110"
+    ),
+    "val": (
+        "3 12-18 35-36 38-39 92-110 221 268-278 329-332 344-346 519-524 552-565 625-627 629-630 632-638 "
+        "770-771 775 777-778 780-784 794-800 802 904-917 919-931 962-963 966-969 971-972 1059-1073"
+    ),
+    "test": (
+        "77-91 111-119 140 142-148 265-266 279-282 307-314 333-343 481-498 547-551 601-604 606-624 827-831 "
+        "833-842 844-846 932-933 935-943 1026-1043"
+    ),
+    "mini_train": "61 553 655 757 796 1077 1094 1100",
+    "mini_val": "103 916",
+}
+
+
+def _scene_names(numbers: str) -> tuple[str, ...]:
+    spans = [tuple(int(end) for end in span.split("-")) for span in numbers.split()]
+    return tuple(f"scene-{number:04d}" for span in spans for number in range(span[0], span[-1] + 1))
+
+
+OFFICIAL: dict[str, tuple[str, ...]] = {
+    split: _scene_names(numbers) for split, numbers in _OFFICIAL_NUMBERS.items()
+}
+"""Split → scene names of nuScenes v1.0."""
+
+
+def read_split_file(path: Path) -> dict[str, tuple[str, ...]]:
+    """Read a split file: a JSON object of split → list of scene names.
+
+    Raises:
+        TableError: the file is absent, no JSON, or holds something else.
+    """
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise TableError(f"{path}: split file can't be read ({error.strerror}); check the path") from error
+    except (ValueError, RecursionError) as error:
+        raise TableError(
+            f"{path}: split file is no JSON ({error}); give an object of split → scenes"
+        ) from error
+    if not isinstance(content, dict):
+        raise TableError(f"{path}: split file holds no object of split → list of scene names; correct it")
+    for split, scenes in content.items():
+        if not isinstance(scenes, list) or not all(isinstance(scene, str) for scene in scenes):
+            raise TableError(f"{path}: split {split!r} is no list of scene names; correct it")
+        if len(set(scenes)) != len(scenes):
+            raise TableError(f"{path}: split {split!r} names a scene twice; correct it")
+    return {split: tuple(scenes) for split, scenes in content.items()}
+
+
+def find_splits(
+    root: Path, scene_names: Sequence[str], split_file: Path | None = None
+) -> dict[str, tuple[str, ...]]:
+    """The splits that hold for a dataset; official lists are cut down to the scenes that are there.
+
+    Args:
+        root: the dataset's root, which may hold `splits.json`.
+        scene_names: the dataset's scenes.
+        split_file: takes precedence.
+
+    Returns:
+        Split → scene names. Of the official ones, those that have a scene in the dataset.
+
+    Raises:
+        TableError: the split file is absent or malformed, or names a scene that the dataset lacks.
+    """
+    path = split_file if split_file is not None else root / SPLITS_FILE
+    present = set(scene_names)
+    if split_file is None and not path.exists():
+        cut = {split: tuple(s for s in scenes if s in present) for split, scenes in OFFICIAL.items()}
+        return {split: scenes for split, scenes in cut.items() if scenes}
+    found = read_split_file(path)
+    for split, scenes in found.items():
+        for scene in scenes:
+            if scene not in present:
+                raise TableError(f"{path}: split {split!r}: {unknown('scene', scene, scene_names)}")
+    return found
+
+
+def choose(splits: Mapping[str, tuple[str, ...]], split: str, *, official: bool) -> tuple[str, ...]:
+    """The scenes of one split.
+
+    Raises:
+        SettingsError: there is no such split, it has no scene here, or it is the official `test`.
+    """
+    if official and split == "test":
+        raise SettingsError("split test: the official test scenes have no annotations; choose train or val")
+    if official and split in OFFICIAL and split not in splits:
+        raise SettingsError(
+            f"split {split}: none of its scenes is in this dataset; choose from: {_listed(splits)}"
+        )
+    if split not in splits:
+        raise SettingsError(unknown("split", split, tuple(splits)))
+    if not splits[split]:
+        raise SettingsError(f"split {split}: holds no scene; choose from: {_listed(splits)}")
+    return splits[split]
+
+
+def _listed(splits: Mapping[str, tuple[str, ...]]) -> str:
+    return ", ".join(name for name, scenes in splits.items() if scenes) or "none"

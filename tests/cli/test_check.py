@@ -1,0 +1,75 @@
+import json
+import shutil
+
+import pytest
+from click.testing import CliRunner
+from ogmkit_cli.main import main
+
+
+@pytest.fixture
+def dataroot(tiny_dataroot, tmp_path):
+    """A copy of the synthetic dataset, free to be changed."""
+    return shutil.copytree(tiny_dataroot, tmp_path / "data")
+
+
+def _run(*arguments):
+    return CliRunner().invoke(main, ["check", *map(str, arguments)])
+
+
+def _drop_image(dataroot):
+    next(dataroot.glob("samples/CAM_FRONT/*.jpg")).unlink()
+
+
+def _shrink_boxes(records):
+    for record in records:
+        record["size"] = [0, 0, 0]
+
+
+def test_a_sound_dataset_passes(tiny_dataroot):
+    result = _run(tiny_dataroot, "--strict")
+
+    assert result.exit_code == 0, result.output
+    assert result.stdout == f"{tiny_dataroot}: rules broken: 0 with errors, 0 with warnings\n"
+
+
+def test_warnings_pass_unless_strict(dataroot):
+    _drop_image(dataroot)
+
+    assert _run(dataroot).exit_code == 0
+    result = _run(dataroot, "--strict")
+    assert result.exit_code == 1
+    assert "R701 warning: image is absent (1×)\n    samples/CAM_FRONT/" in result.stdout
+    assert "→ download it, or extract with --images none" in result.stdout
+
+
+def test_errors_fail(dataroot, edit_table):
+    edit_table(dataroot, "sample_annotation", _shrink_boxes)
+
+    result = _run(dataroot)
+
+    assert result.exit_code == 1
+    assert "R303 error: box size is not positive (" in result.stdout
+    assert result.stderr == ""
+
+
+def test_json(dataroot, edit_table):
+    _drop_image(dataroot)
+    edit_table(dataroot, "sample_annotation", _shrink_boxes)
+
+    result = _run(dataroot, "--json")
+
+    content = json.loads(result.stdout)
+    assert result.exit_code == 1
+    assert (content["errors"], content["warnings"]) == (1, 1)
+    assert [finding["rule"] for finding in content["findings"]] == ["R303", "R701"]
+    assert set(content["findings"][0]) == {"rule", "severity", "title", "remedy", "count", "examples"}
+
+
+def test_no_dataset_is_one_line(tmp_path):
+    result = _run(tmp_path)
+
+    assert result.exit_code == 1
+    assert (
+        result.stderr
+        == f"ogmkit: error: {tmp_path}: holds no v1.0-… folder with tables; give the dataset's root\n"
+    )

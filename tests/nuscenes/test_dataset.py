@@ -1,0 +1,220 @@
+"""Records against an independent derivation: plain json, dictionaries and pyquaternion."""
+
+import json
+import pickle
+
+import numpy as np
+import pytest
+from pyquaternion import Quaternion
+
+from ogmkit.errors import SettingsError
+from ogmkit.nuscenes.dataset import Dataset
+
+
+class Reference:
+    """All tables by token, read with `json`."""
+
+    def __init__(self, root):
+        (folder,) = root.glob("v1.0-*")
+        self.rows = {path.stem: json.loads(path.read_text()) for path in folder.glob("*.json")}
+        self.by_token = {name: {row["token"]: row for row in rows} for name, rows in self.rows.items()}
+
+    def get(self, table, token):
+        return self.by_token[table][token]
+
+    def samples(self, scene_name):
+        (scene,) = (scene for scene in self.rows["scene"] if scene["name"] == scene_name)
+        token = scene["first_sample_token"]
+        while token:
+            sample = self.get("sample", token)
+            yield sample
+            token = sample["next"]
+
+    def data(self, sample_token, channel):
+        def channel_of(row):
+            calibration = self.get("calibrated_sensor", row["calibrated_sensor_token"])
+            return self.get("sensor", calibration["sensor_token"])["channel"]
+
+        (row,) = (
+            row
+            for row in self.rows["sample_data"]
+            if row["sample_token"] == sample_token and row["is_key_frame"] and channel_of(row) == channel
+        )
+        return row
+
+    def annotations(self, sample_token):
+        return [row for row in self.rows["sample_annotation"] if row["sample_token"] == sample_token]
+
+
+def _matrix(row):
+    return Quaternion(row["rotation"]).transformation_matrix + np.pad(
+        np.array(row["translation"])[:, None], ((0, 1), (3, 0))
+    )
+
+
+def _assert_scene_equals_reference(root, scene_name, cameras):
+    reference = Reference(root)
+    samples = list(reference.samples(scene_name))
+    with Dataset(root) as dataset:
+        scene = dataset.scene(scene_name, cameras, lidar=True)
+
+    assert tuple(scene.cameras) == tuple(cameras)
+    for camera in cameras:
+        frames = scene.cameras[camera]
+        images = [reference.data(sample["token"], camera) for sample in samples]
+        assert [frame.sample_token for frame in frames] == [sample["token"] for sample in samples]
+        for i, (frame, image) in enumerate(zip(frames, images, strict=True)):
+            _assert_image(reference, frame, image, camera)
+            _assert_boxes(reference, frame)
+            _assert_neighbours(reference, frame, images, i)
+            _assert_lidar(reference, frame)
+
+
+def _assert_image(reference, frame, image, camera):
+    calibration = reference.get("calibrated_sensor", image["calibrated_sensor_token"])
+    assert (
+        frame.camera,
+        frame.sample_data_token,
+        frame.timestamp_us,
+        frame.image_path,
+        frame.image_size,
+    ) == (
+        camera,
+        image["token"],
+        image["timestamp"],
+        image["filename"],
+        (image["height"], image["width"]),
+    )
+    np.testing.assert_array_equal(frame.intrinsics, calibration["camera_intrinsic"])
+    pose = reference.get("ego_pose", image["ego_pose_token"])
+    np.testing.assert_allclose(frame.ego_from_camera, _matrix(calibration), rtol=0, atol=1e-9)
+    np.testing.assert_allclose(frame.global_from_ego, _matrix(pose), rtol=0, atol=1e-9)
+
+
+def _assert_boxes(reference, frame):
+    rows = reference.annotations(frame.sample_token)
+    instances = [reference.get("instance", row["instance_token"]) for row in rows]
+    assert frame.boxes.annotation_token == tuple(row["token"] for row in rows)
+    assert frame.boxes.instance_token == tuple(row["instance_token"] for row in rows)
+    assert frame.boxes.category == tuple(
+        reference.get("category", instance["category_token"])["name"] for instance in instances
+    )
+    assert frame.boxes.visibility.dtype == np.uint8
+    assert frame.boxes.visibility.tolist() == [int(row["visibility_token"] or 0) for row in rows]
+    assert frame.boxes.num_lidar_pts.tolist() == [row["num_lidar_pts"] for row in rows]
+    assert frame.boxes.size_wlh.tolist() == [row["size"] for row in rows]
+    expected = np.array([_matrix(row) for row in rows]).reshape(-1, 4, 4)
+    np.testing.assert_allclose(frame.boxes.global_from_box, expected, rtol=0, atol=1e-9)
+
+
+def _assert_neighbours(reference, frame, images, i):
+    for step in range(-6, 7):
+        at = i + step
+        time_us, position = (
+            frame.neighbour_timestamps_us[step + 6],
+            frame.neighbour_positions_global[step + 6],
+        )
+        if 0 <= at < len(images):
+            assert time_us == images[at]["timestamp"]
+            pose = reference.get("ego_pose", images[at]["ego_pose_token"])
+            assert position.tolist() == pose["translation"]
+        else:
+            assert time_us == -1
+            assert np.isnan(position).all()
+
+
+def _assert_lidar(reference, frame):
+    sweep = reference.data(frame.sample_token, "LIDAR_TOP")
+    pose = reference.get("ego_pose", sweep["ego_pose_token"])
+    calibration = reference.get("calibrated_sensor", sweep["calibrated_sensor_token"])
+    assert (frame.lidar.path, frame.lidar.timestamp_us) == (sweep["filename"], sweep["timestamp"])
+    expected = _matrix(pose) @ _matrix(calibration)
+    np.testing.assert_allclose(frame.lidar.global_from_lidar, expected, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("scene", ["scene-0001", "scene-0002"])
+def test_records_of_the_small_dataset(small_root, scene):
+    _assert_scene_equals_reference(small_root, scene, ["CAM_BACK", "CAM_FRONT"])
+
+
+@pytest.mark.parametrize("scene", ["scene-0103", "scene-0061"])
+def test_records_of_real_data(real_dataroot, scene):
+    _assert_scene_equals_reference(real_dataroot, scene, ["CAM_FRONT", "CAM_BACK_LEFT"])
+
+
+def test_records_do_not_depend_on_the_order_of_rows(small_root, edit_table):
+    for table in ("sample", "sample_data", "ego_pose", "calibrated_sensor", "instance", "sample_annotation"):
+        edit_table(small_root, table, lambda records: records[::-1])
+
+    _assert_scene_equals_reference(small_root, "scene-0001", ["CAM_FRONT"])
+
+
+def test_scene_wide_values(small_root):
+    with Dataset(small_root) as dataset:
+        scene = dataset.scene("scene-0002", ["CAM_FRONT"])
+
+    (frame, *_) = scene.cameras["CAM_FRONT"]
+    assert (scene.name, scene.location) == ("scene-0002", "singapore-onenorth")
+    assert (frame.scene_name, frame.location) == ("scene-0002", "singapore-onenorth")
+    assert (frame.dataroot, frame.map_path, frame.lidar) == (small_root, "maps/2.png", None)
+
+
+def test_a_frame_without_annotations_has_no_boxes(small_root, edit_table):
+    edit_table(small_root, "sample_annotation", lambda records: [])
+
+    with Dataset(small_root) as dataset:
+        (frame, *_) = dataset.scene("scene-0002", ["CAM_FRONT"]).cameras["CAM_FRONT"]
+    assert len(frame.boxes) == 0
+    assert frame.boxes.global_from_box.shape == (0, 4, 4)
+    assert frame.boxes.size_wlh.shape == (0, 3)
+
+
+def test_records_outlive_the_dataset_and_pickling(small_root):
+    with Dataset(small_root) as dataset:
+        scene = dataset.scene("scene-0001", ["CAM_FRONT"], lidar=True)
+
+    copy = pickle.loads(pickle.dumps(scene))
+    for frame, copied in zip(scene.cameras["CAM_FRONT"], copy.cameras["CAM_FRONT"], strict=True):
+        assert copied.boxes.category == frame.boxes.category
+        np.testing.assert_array_equal(copied.boxes.global_from_box, frame.boxes.global_from_box)
+        np.testing.assert_array_equal(copied.neighbour_positions_global, frame.neighbour_positions_global)
+        np.testing.assert_array_equal(copied.lidar.global_from_lidar, frame.lidar.global_from_lidar)
+
+
+def test_a_frame_is_light(small_root):
+    with Dataset(small_root) as dataset:
+        (frame, *_) = dataset.scene("scene-0002", ["CAM_FRONT"]).cameras["CAM_FRONT"]
+
+    assert len(pickle.dumps(frame)) < 4096  # no connection, no image
+
+
+def test_names(small_root):
+    with Dataset(small_root) as dataset:
+        assert dataset.scene_names() == ("scene-0001", "scene-0002")
+        assert dataset.channels() == ("CAM_BACK", "CAM_FRONT")
+        assert dataset.categories() == ("human.pedestrian.adult", "vehicle.car")
+        assert dataset.map_path("boston-seaport") == "maps/1.png"
+
+
+def test_unknown_names_offer_close_ones(small_root):
+    with Dataset(small_root) as dataset:
+        with pytest.raises(SettingsError, match=r"unknown scene 'scene-1'; did you mean scene-0001"):
+            dataset.scene("scene-1", ["CAM_FRONT"])
+        with pytest.raises(SettingsError, match=r"unknown camera 'CAM_FRNT'; did you mean CAM_FRONT"):
+            dataset.scene("scene-0001", ["CAM_FRNT"])
+        with pytest.raises(SettingsError, match=r"unknown camera 'LIDAR_TOP'"):
+            dataset.scene("scene-0001", ["LIDAR_TOP"])
+        with pytest.raises(
+            SettingsError, match=r"unknown location 'x'; there are: boston-seaport, singapore"
+        ):
+            dataset.map_path("x")
+
+
+def test_overview_counts_scenes_and_images_present(small_root):
+    (small_root / "samples" / "CAM_BACK" / "1-0.jpg").unlink()
+
+    with Dataset(small_root) as dataset:
+        first, second = dataset.overview()
+    assert (first.name, first.location, first.frames, first.boxes) == ("scene-0001", "boston-seaport", 8, 16)
+    assert (first.cameras, first.images, first.images_present) == (("CAM_BACK", "CAM_FRONT"), 16, 15)
+    assert (second.frames, second.boxes, second.images, second.images_present) == (3, 6, 6, 6)
