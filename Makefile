@@ -1,0 +1,69 @@
+# Each target makes the environment that it needs. Stamp files remember what was installed, so a second run of a
+# target installs nothing; `make PYTHON=python3.12 …` chooses the interpreter of a new environment.
+PYTHON ?= python3
+VENV := .venv
+DEVKIT := .venv-devkit
+METADATA := setup.cfg pyproject.toml
+PIP_FLAGS := --quiet --disable-pip-version-check
+
+.DEFAULT_GOAL := help
+.PHONY: help install demo test conformance conformance-env bench
+
+help:
+	@echo "make install      $(VENV) with the ogmkit command"
+	@echo "make demo         shards of the dataset in fixtures/ and pictures of them, under demo/"
+	@echo "make test         linters, types, import contract and tests"
+	@echo "make conformance  ogmkit beside the official nuScenes devkit, in $(DEVKIT)"
+	@echo "make bench        the README's figures, measured side by side"
+
+define new_environment
+@$(PYTHON) -c 'import sys; sys.exit(None if sys.version_info >= (3, 11) else "ogmkit needs Python 3.11 or newer, \
+	and $(PYTHON) is " + sys.version.split()[0] + ": try make PYTHON=python3.12 $(MAKECMDGOALS)")'
+@test -x $(1)/bin/python || $(PYTHON) -m venv $(1)
+endef
+
+$(VENV)/.installed: $(METADATA) constraints.txt
+	$(call new_environment,$(VENV))
+	$(VENV)/bin/python -m pip install $(PIP_FLAGS) -e . -c constraints.txt
+	@touch $@
+
+$(VENV)/.installed-dev: $(VENV)/.installed
+	$(VENV)/bin/python -m pip install $(PIP_FLAGS) -e '.[dev]' -c constraints.txt
+	@touch $@
+
+$(DEVKIT)/.installed: $(METADATA) conformance/requirements.txt conformance/constraints.txt
+	$(call new_environment,$(DEVKIT))
+	$(DEVKIT)/bin/python -m pip install $(PIP_FLAGS) -e . -r conformance/requirements.txt -c conformance/constraints.txt
+	@touch $@
+
+install: $(VENV)/.installed
+	@echo "$(VENV)/bin/ogmkit is installed; $(VENV)/bin/ogmkit --help lists its commands."
+
+demo: $(VENV)/.installed
+	$(VENV)/bin/ogmkit check fixtures/nuscenes-synthetic
+	$(VENV)/bin/ogmkit extract fixtures/nuscenes-synthetic demo/shards --overwrite --workers 2
+	$(VENV)/bin/ogmkit verify demo/shards
+	$(VENV)/bin/ogmkit inspect demo/shards
+	$(VENV)/bin/ogmkit preview demo/shards --out demo/pictures
+	@echo
+	@echo "Look at demo/pictures (camera beside targets); the shards they come from are demo/shards/*.h5."
+
+test: $(VENV)/.installed-dev
+	$(VENV)/bin/ruff check .
+	$(VENV)/bin/ruff format --check .
+	$(VENV)/bin/mypy
+	$(VENV)/bin/lint-imports --config setup.cfg
+	$(VENV)/bin/pytest
+
+conformance-env: $(DEVKIT)/.installed
+
+conformance: $(DEVKIT)/.installed
+	MPLBACKEND=Agg $(DEVKIT)/bin/pytest conformance
+	$(DEVKIT)/bin/pytest
+
+bench: $(VENV)/.installed $(DEVKIT)/.installed
+	@$(DEVKIT)/bin/python benchmarks/drivable.py
+	@$(VENV)/bin/python benchmarks/frame.py
+	@$(VENV)/bin/python benchmarks/workers.py
+	@$(VENV)/bin/python benchmarks/tables.py
+	@$(VENV)/bin/python benchmarks/startup.py

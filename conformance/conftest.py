@@ -1,0 +1,71 @@
+"""Datasets that both the official devkit and ogmkit read, in an environment that holds both."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import matplotlib as mpl
+import pytest
+from nuscenes.nuscenes import NuScenes
+
+from ogmkit.synthetic.build import SynthesisSettings, synthesize
+
+REAL = Path(__file__).resolve().parents[2] / "shared" / "data" / "nuscenes-mini-part"
+VERSION = "v1.0-mini"
+
+mpl.use("Agg")
+
+
+def pytest_configure(config):
+    """The devkit's own warnings are not this project's: show them, don't fail."""
+    config.addinivalue_line("filterwarnings", "default")
+
+
+@dataclass(frozen=True)
+class World:
+    """One dataset, as the devkit sees it."""
+
+    root: Path
+    nusc: NuScenes
+
+    @classmethod
+    def load(cls, root):
+        return cls(root, NuScenes(VERSION, str(root), verbose=False))
+
+
+@pytest.fixture(scope="session")
+def real_dataroot():
+    if not REAL.is_dir():
+        pytest.skip(f"no real nuScenes data at {REAL}")
+    return REAL
+
+
+@pytest.fixture(scope="session")
+def real_world(real_dataroot):
+    return World.load(real_dataroot)
+
+
+@pytest.fixture(scope="session")
+def flat_world(tmp_path_factory):
+    return World.load(synthesized(tmp_path_factory, relief_m=0.0, seed=5))
+
+
+@pytest.fixture(scope="session")
+def hilly_world(tmp_path_factory):
+    return World.load(synthesized(tmp_path_factory, relief_m=4.0, seed=6))
+
+
+def synthesized(tmp_path_factory, **settings):
+    """Two scenes, so two maps; enough key frames for whole trajectories."""
+    root = tmp_path_factory.mktemp("synthetic") / "dataset"
+    synthesize(root, SynthesisSettings(scenes=2, frames=14, version=VERSION, lidar_azimuths=200, **settings))
+    return root
+
+
+@pytest.fixture(scope="session", params=["flat_world", "hilly_world"])
+def synthetic_world(request):
+    return request.getfixturevalue(request.param)
+
+
+@pytest.fixture(scope="session")
+def cache_dir(tmp_path_factory):
+    return tmp_path_factory.mktemp("masks")

@@ -1,0 +1,122 @@
+"""What gets installed: an editable install hides what a wheel leaves out."""
+
+import ast
+import configparser
+import re
+import shutil
+import subprocess
+import sys
+import zipfile
+from importlib import metadata
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+
+import ogmkit
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture(scope="module")
+def config():
+    parser = configparser.ConfigParser()
+    parser.read(ROOT / "setup.cfg", encoding="utf-8")
+    return parser
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    """A wheel built from a copy of the sources, so that nothing is written into the checkout."""
+    folder = tmp_path_factory.mktemp("wheel")
+    source = folder / "source"
+    source.mkdir()
+    for name in ("setup.cfg", "pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(ROOT / name, source)
+    for name in ("ogmkit", "cli"):
+        shutil.copytree(ROOT / name, source / name, ignore=shutil.ignore_patterns("__pycache__"))
+    build = [
+        sys.executable,
+        "-m",
+        "pip",
+        "wheel",
+        "--quiet",
+        "--no-deps",
+        "--no-build-isolation",
+        "--no-index",
+    ]
+    subprocess.run([*build, "--wheel-dir", folder, source], check=True, stdin=subprocess.DEVNULL)
+    (path,) = folder.glob("*.whl")
+    with zipfile.ZipFile(path) as archive:
+        yield archive
+
+
+def list_of(config, section, key):
+    return config[section][key].split()
+
+
+def third_party_imports():
+    """Top-level names that library and commands import from elsewhere."""
+    found = set()
+    for path in (ROOT / "ogmkit").rglob("*.py"), (ROOT / "cli").rglob("*.py"):
+        for module in path:
+            for node in ast.walk(ast.parse(module.read_text(encoding="utf-8"))):
+                if isinstance(node, ast.Import):
+                    found |= {alias.name.split(".")[0] for alias in node.names}
+                elif isinstance(node, ast.ImportFrom) and not node.level and node.module:
+                    found.add(node.module.split(".")[0])
+    return found - set(sys.stdlib_module_names) - {"ogmkit"}
+
+
+def canonical(name):
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+def test_every_folder_is_listed_as_package(config):
+    listed = set(list_of(config, "options", "packages"))
+    folders = {path.parent.relative_to(ROOT) for path in (ROOT / "ogmkit").rglob("__init__.py")}
+    assert listed == {".".join(folder.parts) for folder in folders} | {"ogmkit_cli"}
+
+
+def test_no_module_lies_outside_a_package():
+    for folder in {path.parent for name in ("ogmkit", "cli") for path in (ROOT / name).rglob("*.py")}:
+        assert (folder / "__init__.py").exists(), f"{folder} has modules and no __init__.py"
+
+
+def test_wheel_holds_every_module_and_nothing_else(wheel):
+    modules = {path.relative_to(ROOT).as_posix() for path in (ROOT / "ogmkit").rglob("*.py")}
+    modules |= {f"ogmkit_cli/{path.name}" for path in (ROOT / "cli").glob("*.py")}
+    packed = {name for name in wheel.namelist() if ".dist-info/" not in name}
+    assert packed == modules | {"ogmkit/py.typed"}
+
+
+def test_wheel_carries_licence_and_console_script(wheel):
+    (licence,) = (name for name in wheel.namelist() if name.endswith("/LICENSE"))
+    assert wheel.read(licence) == (ROOT / "LICENSE").read_bytes()
+    (scripts,) = (name for name in wheel.namelist() if name.endswith("/entry_points.txt"))
+    assert "ogmkit = ogmkit_cli.main:main" in wheel.read(scripts).decode().splitlines()
+
+
+def test_installed_version_and_script_are_these():
+    assert metadata.version("ogmkit") == ogmkit.__version__
+    (script,) = metadata.entry_points(group="console_scripts", name="ogmkit")
+    assert script.load().name == "main"
+
+
+def test_core_imports_its_requirements_and_no_extra(config):
+    distributions = metadata.packages_distributions()
+    imported = {canonical(name) for top in third_party_imports() for name in distributions.get(top, [top])}
+    required = {canonical(Requirement(line).name) for line in _lines(config["options"]["install_requires"])}
+    assert imported <= required
+
+
+def test_constraints_pin_every_requirement(config):
+    lines = _lines(config["options"]["install_requires"]) + _lines(config["options.extras_require"]["dev"])
+    pins = dict(line.split("==") for line in _lines((ROOT / "constraints.txt").read_text()) if line[0] != "#")
+    pins = {canonical(name): version for name, version in pins.items()}
+    for requirement in map(Requirement, lines):
+        assert requirement.specifier.contains(pins[canonical(requirement.name)]), requirement
+
+
+def _lines(text):
+    return [line.strip() for line in text.splitlines() if line.strip()]
