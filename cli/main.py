@@ -14,6 +14,8 @@ COMMANDS = {
     "inspect": "Show what a dataset or a shard holds.",
     "extract": "Turn a dataset into training targets, one HDF5 shard a scene.",
     "verify": "Check shards against their schema, checksums and each other.",
+    "homography-fit": "Fit camera-to-BEV homographies to every frame.",
+    "render-footprints": "Render drivable area and vehicles as camera-view masks.",
     "preview": "Draw contact sheets of extracted frames.",
 }
 """Commands in the order of work, with the first sentence of each one's help (a test compares them)."""

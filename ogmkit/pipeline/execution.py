@@ -11,6 +11,7 @@ from multiprocessing.connection import Connection
 from typing import TypeVar
 
 import cv2
+from threadpoolctl import threadpool_limits
 
 from ogmkit.errors import OgmkitError
 
@@ -42,7 +43,7 @@ def run_over(
         if executor is not None:
             yield from _as_completed(executor, function, items, _IN_FLIGHT, finish_started=True)
         elif workers == 1:
-            with _one_opencv_thread():
+            with _one_thread():
                 yield from map(function, items)
         else:
             with _worker_processes(workers) as own:
@@ -99,6 +100,7 @@ def _worker_processes(workers: int) -> Iterator[Executor]:
 
 def _start_worker(parent: Connection) -> None:
     cv2.setNumThreads(1)  # the workers are the parallelism
+    threadpool_limits(1, user_api="blas")
     threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
 
 
@@ -119,11 +121,12 @@ def _interrupts_blocked() -> Iterator[None]:
 
 
 @contextmanager
-def _one_opencv_thread() -> Iterator[None]:
+def _one_thread() -> Iterator[None]:
     """One worker is one core, as it is in a pool."""
     previous = cv2.getNumThreads()
     cv2.setNumThreads(1)
     try:
-        yield
+        with threadpool_limits(1, user_api="blas"):
+            yield
     finally:
         cv2.setNumThreads(previous)

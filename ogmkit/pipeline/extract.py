@@ -115,7 +115,7 @@ def extract(
     output.check_place(out, dataset.root)
     output.check_contents(request)  # before anything is made, and again once the folder is ours
     outcomes: list[_Outcome] = []
-    with output.locked(request):
+    with output.locked(out):
         contents = output.check_contents(request)
         output.begin(request)
         tasks = _tasks(dataset, request, contents.checksums, cache_dir)

@@ -10,7 +10,7 @@ from filelock import FileLock, Timeout
 
 from ogmkit.errors import OutputError, ShardError
 from ogmkit.shards.atomic import is_part, output_errors, remove_parts, write_json
-from ogmkit.shards.manifest import MARKER, Manifest, read_json, read_manifest
+from ogmkit.shards.manifest import AMENDING, MARKER, Manifest, read_json, read_manifest, unfinished_command
 from ogmkit.shards.manifest import NAME as MANIFEST
 from ogmkit.shards.reader import H5_ERRORS, Shard
 from ogmkit.shards.settings import ExtractSettings, differences
@@ -83,7 +83,7 @@ def check_contents(request: Request) -> Contents:
         names = {path.name for path in out.iterdir() if not is_part(path)} if out.exists() else set()
     shards = {name: there for name in names if (there := _shard_configuration(out / name)) is not None}
     manifest = _manifest(out) if MANIFEST in names else None
-    only_shards = bool(shards) and names <= shards.keys() | {LOCK, MANIFEST}
+    only_shards = bool(shards) and names <= shards.keys() | {LOCK, MANIFEST, AMENDING}
     if names - {LOCK} and MARKER not in names and manifest is None and not only_shards:
         raise OutputError(f"{out}: is not empty, and no ogmkit run made it; choose another OUT")
     # A marker or manifest without shards binds nobody: a run that failed may be mended with other settings.
@@ -96,7 +96,7 @@ def check_contents(request: Request) -> Contents:
             _refuse_difference(request, out / name, there, "choose its scene as well, or another OUT")
         elif declared is None and not request.overwrite:
             _refuse_difference(request, out / name, there, "use --overwrite or another OUT")
-    trusted = manifest.shards if manifest is not None and MARKER not in names else ()
+    trusted = manifest.shards if manifest is not None and not names & {MARKER, AMENDING} else ()
     return Contents(
         others=tuple(sorted(out / name for name in shards.keys() - chosen)),
         checksums={entry.file: (entry.bytes, entry.sha256) for entry in trusted},
@@ -104,20 +104,19 @@ def check_contents(request: Request) -> Contents:
 
 
 @contextmanager
-def locked(request: Request) -> Iterator[None]:
+def locked(out: Path) -> Iterator[None]:
     """Hold the folder for one run; made where it isn't there yet. What killed runs left is removed.
 
     Raises:
         OutputError: another run holds it, or it can't be written.
     """
-    out = request.out
     with output_errors(out):
         out.mkdir(parents=True, exist_ok=True)
         lock = FileLock(out / LOCK, timeout=0)
         try:
             lock.acquire()
         except Timeout as error:
-            raise OutputError(f"{out}: another extract is writing here; wait for it") from error
+            raise OutputError(f"{out}: another ogmkit command is writing here; wait for it") from error
         except NotImplementedError as error:
             raise OutputError(f"{out}: this file system has no locks; choose another OUT") from error
     try:
@@ -145,6 +144,38 @@ def finish(out: Path) -> None:
     """Take the mark away."""
     with output_errors(out):
         (out / MARKER).unlink(missing_ok=True)
+
+
+def require_no_other_run(out: Path, command: str) -> bool:
+    """Refuse a folder where the run of an extraction, or of another command on its shards, was cut short.
+
+    Args:
+        out: a folder of shards.
+        command: the one that is about to run; it may go on where it was cut short itself.
+
+    Returns:
+        Whether nothing was cut short, so that the manifest knows the shards.
+
+    Raises:
+        OutputError: something else was.
+    """
+    if (out / MARKER).exists():
+        raise OutputError(f"{out}: the extraction is unfinished; run `ogmkit extract` again first")
+    unfinished = unfinished_command(out)
+    if unfinished not in (None, command):
+        raise OutputError(f"{out}: {unfinished} is unfinished; run `ogmkit {unfinished}` again first")
+    return unfinished is None
+
+
+def begin_amending(out: Path, command: str) -> None:
+    """Mark the folder as one whose shards the command adds to."""
+    write_json(out / AMENDING, {"command": command})
+
+
+def finish_amending(out: Path) -> None:
+    """Take the mark away, where there is one."""
+    with output_errors(out):
+        (out / AMENDING).unlink(missing_ok=True)
 
 
 def _manifest(out: Path) -> Manifest | None:

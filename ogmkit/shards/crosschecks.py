@@ -35,7 +35,7 @@ def cross_problems(shard: Shard, camera: str) -> tuple[str, ...]:
 
 def _order(shard: Shard, camera: str) -> Iterator[str]:
     steps_us = np.diff(shard.dataset(camera, "timestamp_us")[:])
-    yield from _first("timestamp_us goes back after", steps_us <= 0)
+    yield from first_wrong("timestamp_us goes back after", steps_us <= 0)
     for name in ("sample_token", "sample_data_token"):
         if len(set(shard.strings(camera, name))) != shard.frames(camera):
             yield f"{name} has duplicates"
@@ -43,14 +43,14 @@ def _order(shard: Shard, camera: str) -> Iterator[str]:
 
 def _poses(shard: Shard, camera: str) -> Iterator[str]:
     for name in ("ego_from_camera", "global_from_ego", "level_from_global"):
-        yield from _first(f"{name} is no rigid transform in", ~_rigid(shard.dataset(camera, name)[:]))
+        yield from first_wrong(f"{name} is no rigid transform in", ~_rigid(shard.dataset(camera, name)[:]))
     expected = level_from_global(shard.dataset(camera, "global_from_ego")[:])
     found = shard.dataset(camera, "level_from_global")[:]
     wrong = ~np.isclose(found, expected, rtol=1e-9, atol=_POSE_TOLERANCE).all(axis=(1, 2))
-    yield from _first("level_from_global contradicts global_from_ego in", wrong)
+    yield from first_wrong("level_from_global contradicts global_from_ego in", wrong)
     intrinsics = shard.dataset(camera, "intrinsics")[:]
     wrong = ~np.isfinite(intrinsics).all(axis=(1, 2)) | ~(np.abs(np.linalg.det(intrinsics)) > 0)
-    yield from _first("intrinsics are singular in", wrong)
+    yield from first_wrong("intrinsics are singular in", wrong)
 
 
 def _trajectories(shard: Shard, camera: str) -> Iterator[str]:
@@ -62,12 +62,12 @@ def _trajectories(shard: Shard, camera: str) -> Iterator[str]:
         valid = shard.dataset(camera, f"trajectory/{name}_valid")[:]
         all_valid &= valid.all(axis=1)
         wrong = (np.isfinite(points).all(axis=2) != valid) | (np.isnan(points).all(axis=2) == valid)
-        yield from _first(f"trajectory/{name} contradicts {name}_valid in", wrong.any(axis=1))
+        yield from first_wrong(f"trajectory/{name} contradicts {name}_valid in", wrong.any(axis=1))
         expected = _neighbours(shard, camera, positions_global, offsets)
         wrong = (valid & ~(np.abs(points - expected) <= _POSE_TOLERANCE).all(axis=2)).any(axis=1)
-        yield from _first(f"trajectory/{name} contradicts the poses around", wrong)
+        yield from first_wrong(f"trajectory/{name} contradicts the poses around", wrong)
     stored = shard.dataset(camera, "trajectory/valid")[:]
-    yield from _first("trajectory/valid contradicts past_valid and future_valid in", stored != all_valid)
+    yield from first_wrong("trajectory/valid contradicts past_valid and future_valid in", stored != all_valid)
     if stored.sum() != shard.h5[camera].attrs["valid_trajectories"]:
         yield f"trajectory/valid counts {stored.sum()} frames, not as attribute valid_trajectories says"
 
@@ -78,14 +78,14 @@ def _boxes(shard: Shard, camera: str) -> Iterator[str]:
     if len(set(shard.strings(camera, "boxes/annotation_token"))) != count:
         yield "boxes/annotation_token has duplicates"
     rigid = _rigid(shard.dataset(camera, "boxes/global_from_box")[:])
-    yield from _first("boxes/global_from_box is no rigid transform in", ~rigid, "box")
+    yield from first_wrong("boxes/global_from_box is no rigid transform in", ~rigid, "box")
     positive = (shard.dataset(camera, "boxes/size_wlh")[:] > 0).all(axis=1)
-    yield from _first("boxes/size_wlh is not positive in", ~positive, "box")
-    yield from _first(
+    yield from first_wrong("boxes/size_wlh is not positive in", ~positive, "box")
+    yield from first_wrong(
         "boxes/visibility is over 4 in", shard.dataset(camera, "boxes/visibility")[:] > 4, "box"
     )
     empty = np.array([not name for name in shard.strings(camera, "boxes/category")], dtype=np.bool_)
-    yield from _first("boxes/category is empty in", empty, "box")
+    yield from first_wrong("boxes/category is empty in", empty, "box")
 
 
 def _rasters(shard: Shard, camera: str, *, make_again: bool) -> Iterator[str]:
@@ -104,8 +104,8 @@ def _rasters(shard: Shard, camera: str, *, make_again: bool) -> Iterator[str]:
             ones += int(np.count_nonzero(mask))
             if make is not None and make_again:
                 same[frame] = np.mean(mask != make(shard, camera, frame)) <= _RASTER_TOLERANCE
-        yield from _first(f"{name} holds other values than 0 and 1 in", ~binary)
-        yield from _first(f"{name} contradicts boxes, poses or calibration in", ~same)
+        yield from first_wrong(f"{name} holds other values than 0 and 1 in", ~binary)
+        yield from first_wrong(f"{name} contradicts boxes, poses or calibration in", ~same)
         share = {"drivable": "drivable_share", "vehicles": "vehicle_share"}.get(name)
         if share is not None and not np.isclose(ones / dataset.size, attributes[share], rtol=1e-9):
             yield f"{name} covers {ones / dataset.size:.6f} of its cells, not as attribute {share} says"
@@ -141,7 +141,7 @@ def _lidar(shard: Shard, camera: str) -> Iterator[str]:
     yield from _offsets(shard, camera, "lidar", len(points))
     bounds = shard.dataset(camera, "lidar/offsets")[:].tolist()
     finite = [bool(np.isfinite(points[a:b]).all()) for a, b in pairwise(bounds)]
-    yield from _first("lidar/points are not finite in", ~np.array(finite, dtype=np.bool_))
+    yield from first_wrong("lidar/points are not finite in", ~np.array(finite, dtype=np.bool_))
 
 
 def _offsets(shard: Shard, camera: str, group: str, rows: int) -> Iterator[str]:
@@ -170,8 +170,14 @@ def _rigid(matrices: FloatArray) -> BoolArray:
     return result
 
 
-def _first(problem: str, wrong: BoolArray, of: str = "frame") -> Iterator[str]:
-    """One line for all rows where something is wrong, if there are any."""
+def first_wrong(problem: str, wrong: BoolArray, of: str = "frame") -> Iterator[str]:
+    """One line for all rows where something is wrong, if there are any.
+
+    Args:
+        problem: what is wrong, up to the place.
+        wrong: (R,) where.
+        of: what a row is.
+    """
     rows = np.flatnonzero(wrong)
     if len(rows):
         yield f"{problem} {of} {rows[0]}" + (f" and {len(rows) - 1} more" if len(rows) > 1 else "")

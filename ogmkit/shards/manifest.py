@@ -14,6 +14,8 @@ from ogmkit.shards.settings import ExtractSettings
 NAME = "manifest.json"
 MARKER = ".ogmkit-extract.json"
 """Stands in a folder from a run's first moment until its manifest is written; holds the configuration."""
+AMENDING = ".ogmkit-amend.json"
+"""Stands there while shards are added to, until the manifest knows them again; names the command."""
 
 FORMAT = "ogmkit-manifest"
 FORMAT_VERSION = 1
@@ -133,6 +135,21 @@ def read_json(path: Path) -> dict[str, Any]:
     if not isinstance(content, dict):
         raise ShardError(f"{path}: is damaged (no JSON object); remove it and run `ogmkit extract` again")
     return content
+
+
+def unfinished_command(out: Path) -> str | None:
+    """The command whose run on the folder's shards was cut short; None where there is none.
+
+    Raises:
+        ShardError: the mark it left is damaged.
+    """
+    path = out / AMENDING
+    if not path.exists():
+        return None
+    command = read_json(path).get("command")
+    if not isinstance(command, str):
+        raise ShardError(f"{path}: is damaged (names no command); remove it and run `ogmkit extract` again")
+    return command
 
 
 def file_sha256(path: Path) -> str:

@@ -23,6 +23,11 @@ AGAIN = "run `ogmkit extract` again"
 REMEDY = f"remove it and {AGAIN}"
 
 
+def damaged(path: Path, error: Exception) -> ShardError:
+    """What to raise where a shard's data can't be read."""
+    return ShardError(f"{path}: is damaged inside ({error}); {REMEDY}")
+
+
 class Shard:
     """An open shard; a context manager.
 
@@ -42,8 +47,9 @@ class Shard:
         try:
             self.h5 = h5py.File(path, "r")
         except OSError as error:
-            reason = "is absent" if not path.exists() else "is no HDF5 file or cut short"
-            raise ShardError(f"{path}: {reason}; {REMEDY}") from error
+            absent = not path.exists()
+            reason = f"is absent; {AGAIN}" if absent else f"is no HDF5 file or cut short; {REMEDY}"
+            raise ShardError(f"{path}: {reason}") from error
         try:
             self._check_format()
         except BaseException:
@@ -121,6 +127,16 @@ class Shard:
     def strings(self, camera: str, name: str, rows: slice = slice(None)) -> tuple[str, ...]:
         """Rows of a text dataset."""
         return tuple(self.dataset(camera, name).asstr()[rows])
+
+    def added(self, camera: str, kind: str) -> tuple[str, ...]:
+        """Names of the groups that were added below a camera's, sorted.
+
+        Args:
+            camera: channel.
+            kind: what they are: a name of `schema.ADDED`, such as `homography`.
+        """
+        found = self.h5.get(f"{camera}/{kind}")
+        return tuple(sorted(found)) if isinstance(found, h5py.Group) else ()
 
     def image(self, camera: str, frame: int) -> UInt8Array | None:
         """The JPEG file of a frame as uint8; None where the shard keeps no images."""

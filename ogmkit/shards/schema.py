@@ -1,78 +1,23 @@
 """What a shard holds: the one table from which writer, reader, verifier and documentation come."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Any, Literal
 
-import h5py
-import numpy as np
+from ogmkit.shards.fields import (
+    BOXES,
+    COLUMNS,
+    FRAMES,
+    FRAMES_AND_END,
+    HEIGHT,
+    POINTS,
+    ROWS,
+    WIDTH,
+    AddedKind,
+    Attribute,
+    Field,
+)
 
 FORMAT = "ogmkit-shard"
 FORMAT_VERSION = 1
-
-Part = Literal["core", "image", "lidar"]
-Storage = Literal["whole", "rasters", "bytes", "rows"]
-Dimension = str | int
-
-FRAMES, FRAMES_AND_END, BOXES, POINTS = "N", "N + 1", "M", "P"
-ROWS, COLUMNS = "rows", "columns"
-
-
-@dataclass(frozen=True)
-class Field:
-    """One dataset of a camera's group.
-
-    Attributes:
-        name: below the camera's group, such as `boxes/size_wlh`.
-        dtype: a numpy name, `text` (UTF-8) or `bytes` (a variable number of uint8 a row).
-        shape: sizes, or symbols: N frames, M boxes, P points, rows, columns.
-        description: what a row means.
-        units: of the values; empty where they have none.
-        frame: coordinate frame of the values; empty where they have none.
-        part: stored always (`core`), or only where the settings ask for it.
-    """
-
-    name: str
-    dtype: str
-    shape: tuple[Dimension, ...]
-    description: str
-    units: str = ""
-    frame: str = ""
-    part: Part = "core"
-
-    @property
-    def storage(self) -> Storage:
-        """How it is laid out: at once, a compressed chunk a frame, bytes a frame, or appended rows."""
-        if self.dtype == "bytes":
-            return "bytes"
-        if self.shape[0] == POINTS:
-            return "rows"
-        return "rasters" if self.shape[1:] == (ROWS, COLUMNS) else "whole"
-
-    @property
-    def h5_dtype(self) -> np.dtype[Any]:
-        """The dtype that h5py stores."""
-        special: dict[str, np.dtype[Any]] = {"text": h5py.string_dtype(), "bytes": h5py.vlen_dtype(np.uint8)}
-        return special[self.dtype] if self.dtype in special else np.dtype(self.dtype)
-
-    @property
-    def memory_dtype(self) -> np.dtype[Any]:
-        """The dtype of its values as numpy holds them: text and bytes are objects."""
-        return np.dtype(object if self.dtype in ("text", "bytes") else self.dtype)
-
-    def resolved(self, sizes: dict[str, int]) -> tuple[int, ...]:
-        """The shape with its symbols replaced."""
-        return tuple(sizes[size] if isinstance(size, str) else size for size in self.shape)
-
-
-@dataclass(frozen=True)
-class Attribute:
-    """One attribute of the file or of a camera's group."""
-
-    name: str
-    kind: type[str] | type[int] | type[float]
-    description: str
-
 
 FILE_ATTRIBUTES = (
     Attribute("format", str, f"`{FORMAT}`"),
@@ -168,7 +113,91 @@ FIELDS = (
         part="lidar",
     ),
 )
-"""All datasets of a camera's group."""
+"""All datasets of a camera's group but those of added groups."""
+
+HOMOGRAPHY = AddedKind(
+    "homography",
+    "source",
+    (
+        Field(
+            "bev_from_image",
+            "float64",
+            (FRAMES, 3, 3),
+            "pixel to cell; h33 = 1 or −1, w > 0 for ground in front of the camera; NaN where invalid",
+            "",
+            "bev",
+        ),
+        Field("valid", "bool", (FRAMES,), "whether there is one"),
+        Field("reason", "text", (FRAMES,), "why there is none; empty where there is one"),
+        Field("num_points", "int64", (FRAMES,), "corners, or points of evidence, that it rests on"),
+        Field(
+            "rms_px",
+            "float64",
+            (FRAMES,),
+            "residual at the ground corners of all usable boxes; NaN without any, infinite above the horizon",
+            "px",
+            "image",
+        ),
+        Field("rms_cells", "float64", (FRAMES,), "the same residual on the grid", "cells", "bev"),
+        Field(
+            "plane",
+            "float64",
+            (FRAMES, 3),
+            "of a method that fits one: z = p0 + p1·x + p2·y; NaN where invalid",
+            "m",
+            "level",
+            "optional",
+        ),
+        Field(
+            "left_out_error_m",
+            "float64",
+            (BOXES,),
+            "mean error of the box's ground corners, fitted without it; NaN where refused or not evaluated",
+            "m",
+            "level",
+            "optional",
+        ),
+        Field(
+            "left_out_refused",
+            "bool",
+            (BOXES,),
+            "whether the method had no answer without the box",
+            part="optional",
+        ),
+    ),
+    (
+        Attribute("method", str, "how it was found, such as `surface`"),
+        Attribute("settings", str, "the method's settings, as JSON"),
+        Attribute("checkpoint_sha256", str, "the network's weights; empty where there are none"),
+        Attribute("package_version", str, "ogmkit's version that added it"),
+    ),
+)
+
+FOOTPRINTS = AddedKind(
+    "footprints",
+    "set",
+    (
+        Field(
+            "drivable", "uint8", (FRAMES, HEIGHT, WIDTH), "1 where the pixel shows drivable area", "", "image"
+        ),
+        Field("vehicles", "uint8", (FRAMES, HEIGHT, WIDTH), "1 where the pixel shows a vehicle", "", "image"),
+        Field("valid", "bool", (FRAMES,), "whether the masks were made; they are 0 where not"),
+    ),
+    (
+        Attribute(
+            "homography",
+            str,
+            "source of the homography; where not warped, of the ground that drivable area lies on",
+        ),
+        Attribute("method", str, "`warp`, `project` or `full-body`"),
+        Attribute("scale", float, "image size / mask size"),
+        Attribute("settings", str, "where warped, the homography's attributes at that time, as JSON"),
+        Attribute("package_version", str, "ogmkit's version that added it"),
+    ),
+)
+
+ADDED = (HOMOGRAPHY, FOOTPRINTS)
+"""Kinds of groups that a shard may hold below each camera's, `/<CAMERA>/<kind>/<name>/…`."""
 
 
 def fields(*, image: bool, lidar: bool) -> tuple[Field, ...]:
@@ -178,15 +207,22 @@ def fields(*, image: bool, lidar: bool) -> tuple[Field, ...]:
 
 
 def markdown() -> str:
-    """The schema as Markdown tables: datasets of a camera's group, then attributes."""
-    return "\n".join(_dataset_lines()) + "\n\n" + "\n".join(_attribute_lines()) + "\n"
+    """The schema as Markdown tables: datasets of a camera's group, of groups added to it, then attributes."""
+    tables = [_dataset_lines("`/<CAMERA>/…`", FIELDS)]
+    tables += [_dataset_lines(f"`{_place(kind)}/…`", kind.fields) for kind in ADDED]
+    return "\n\n".join("\n".join(lines) for lines in (*tables, _attribute_lines())) + "\n"
 
 
-def _dataset_lines() -> Iterator[str]:
-    yield "| `/<CAMERA>/…` | dtype | shape | meaning | units | frame |"
+def _place(kind: AddedKind) -> str:
+    return f"/<CAMERA>/{kind.name}/<{kind.member}>"
+
+
+def _dataset_lines(heading: str, fields: tuple[Field, ...]) -> Iterator[str]:
+    yield f"| {heading} | dtype | shape | meaning | units | frame |"
     yield "| --- | --- | --- | --- | --- | --- |"
     when = {"core": "", "image": " (with `--images bytes`)", "lidar": " (with `--lidar`)"}
-    for field in FIELDS:
+    when["optional"] = " (optional)"
+    for field in fields:
         shape = ", ".join(str(size) for size in field.shape)
         meaning = field.description + when[field.part]
         yield f"| `{field.name}` | {field.dtype} | ({shape}) | {meaning} | {field.units} | {field.frame} |"
@@ -195,7 +231,9 @@ def _dataset_lines() -> Iterator[str]:
 def _attribute_lines() -> Iterator[str]:
     yield "| attribute of | name | type | meaning |"
     yield "| --- | --- | --- | --- |"
-    for owner, attributes in (("file", FILE_ATTRIBUTES), ("`/<CAMERA>`", CAMERA_ATTRIBUTES)):
+    owners = [("file", FILE_ATTRIBUTES), ("`/<CAMERA>`", CAMERA_ATTRIBUTES)]
+    owners += [(f"`{_place(kind)}`", kind.attributes) for kind in ADDED]
+    for owner, attributes in owners:
         for attribute in attributes:
             name, kind = attribute.name, attribute.kind.__name__
             yield f"| {owner} | `{name}` | {kind} | {attribute.description} |"

@@ -60,6 +60,14 @@ class ShardFile:
         """
         with _uninterrupted():
             yield self._h5
+        self.check()
+
+    def check(self) -> None:
+        """Raise what the disk refused so far.
+
+        Raises:
+            OSError: the first failure, if any.
+        """
         self._sink.check()
 
 

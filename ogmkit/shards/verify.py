@@ -6,7 +6,17 @@ from pathlib import Path
 
 from ogmkit.errors import ShardError
 from ogmkit.shards.crosschecks import cross_problems
-from ogmkit.shards.manifest import MARKER, NAME, Manifest, ShardEntry, file_sha256, read_manifest
+from ogmkit.shards.crosschecks_added import added_problems
+from ogmkit.shards.manifest import (
+    AMENDING,
+    MARKER,
+    NAME,
+    Manifest,
+    ShardEntry,
+    file_sha256,
+    read_manifest,
+    unfinished_command,
+)
 from ogmkit.shards.reader import AGAIN, H5_ERRORS, REMEDY, Shard
 from ogmkit.shards.settings import differences
 from ogmkit.shards.structure import structure_problems
@@ -50,13 +60,15 @@ def verify_folder(out: Path, *, on_progress: Callable[[int, int], None] | None =
     manifest, problems = _manifest(out)
     if MARKER in present:
         problems.append(Problem(MARKER, "the extraction is unfinished; run `ogmkit extract` again"))
+    unfinished = _unfinished(out)
+    problems += unfinished
     entries = {} if manifest is None else {entry.file: entry for entry in manifest.shards}
     listed = entries.keys() if manifest is not None else set(names)
     problems += [Problem(name, f"is missing; {AGAIN}") for name in sorted(listed - present)]
-    extra = sorted(present - listed - {NAME, MARKER})
+    extra = sorted(present - listed - {NAME, MARKER, AMENDING})
     problems += [Problem(name, "is not in the manifest; move it elsewhere") for name in extra]
     for done, name in enumerate(names, start=1):
-        messages = _shard_problems(out / name, entries.get(name), manifest)
+        messages = _shard_problems(out / name, entries.get(name), manifest, settled=not unfinished)
         problems += [Problem(name, message) for message in messages]
         if on_progress is not None:
             on_progress(done, len(names))
@@ -70,8 +82,23 @@ def _manifest(out: Path) -> tuple[Manifest | None, list[Problem]]:
         return None, [Problem(NAME, _without_path(error, out / NAME))]
 
 
-def _shard_problems(path: Path, entry: ShardEntry | None, manifest: Manifest | None) -> Iterator[str]:
-    if entry is not None:
+def _unfinished(out: Path) -> list[Problem]:
+    """Of a run that adds to shards: until it is finished, the manifest may not know them."""
+    try:
+        command = unfinished_command(out)
+    except ShardError as error:
+        return [Problem(AMENDING, _without_path(error, out / AMENDING))]
+    return (
+        []
+        if command is None
+        else [Problem(AMENDING, f"{command} is unfinished; run `ogmkit {command}` again")]
+    )
+
+
+def _shard_problems(
+    path: Path, entry: ShardEntry | None, manifest: Manifest | None, *, settled: bool
+) -> Iterator[str]:
+    if entry is not None and settled:
         yield from _file_problems(path, entry)
     try:
         with Shard(path) as shard:
@@ -106,6 +133,7 @@ def _content_problems(shard: Shard, entry: ShardEntry | None, manifest: Manifest
         )
     for camera in shard.cameras:
         yield from cross_problems(shard, camera)
+        yield from added_problems(shard, camera)
 
 
 def _without_path(error: ShardError, path: Path) -> str:

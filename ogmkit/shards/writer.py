@@ -14,22 +14,14 @@ from ogmkit.errors import TableError
 from ogmkit.frames import FrameRecord, SceneRecord
 from ogmkit.nuscenes.maps import MapMask, MaskStore
 from ogmkit.nuscenes.paths import resolve
-from ogmkit.shards import schema
+from ogmkit.shards import fields, schema
 from ogmkit.shards.atomic import replacing
 from ogmkit.shards.columns import column
-from ogmkit.shards.schema import Field
+from ogmkit.shards.layout import attribute_values, create_dataset, store_dataset
 from ogmkit.shards.settings import Compression, ExtractSettings
 from ogmkit.shards.sink import ShardFile, create
 from ogmkit.targets import FrameTargets, TargetSettings, build_targets
 from ogmkit.trajectories import Trajectory
-
-_FILTERS: dict[Compression, dict[str, Any]] = {
-    # Level 1: masks shrink 45-fold at the cost of a copy; level 9 halves that for twelve times the time.
-    "gzip": {"compression": "gzip", "compression_opts": 1},
-    "lzf": {"compression": "lzf"},
-    "none": {},
-}
-_POINTS_PER_CHUNK = 8192
 
 
 @dataclass
@@ -92,7 +84,7 @@ def _file_attributes(scene: SceneRecord, settings: ExtractSettings, dataset_vers
         "grid_ego_row": grid.ego_row,
         "grid_ego_column": grid.ego_column,
     }
-    return {attribute.name: attribute.kind(values[attribute.name]) for attribute in schema.FILE_ATTRIBUTES}
+    return attribute_values(schema.FILE_ATTRIBUTES, values)
 
 
 def _write_camera(
@@ -103,27 +95,26 @@ def _write_camera(
     masks: MaskStore,
 ) -> None:
     targets, grid = settings.targets, settings.targets.grid
-    fields = schema.fields(image=targets.images == "bytes", lidar=targets.lidar)
+    stored = schema.fields(image=targets.images == "bytes", lidar=targets.lidar)
     sizes = {
-        schema.FRAMES: len(frames),
-        schema.FRAMES_AND_END: len(frames) + 1,
-        schema.BOXES: sum(len(frame.boxes) for frame in frames),
-        schema.POINTS: 0,
-        schema.ROWS: grid.rows,
-        schema.COLUMNS: grid.columns,
+        fields.FRAMES: len(frames),
+        fields.FRAMES_AND_END: len(frames) + 1,
+        fields.BOXES: sum(len(frame.boxes) for frame in frames),
+        fields.POINTS: 0,
+        fields.ROWS: grid.rows,
+        fields.COLUMNS: grid.columns,
     }
     with file.writing() as h5:
         group = h5.create_group(camera)
-        for field in fields:
+        for field in stored:
             if field.storage != "whole":
-                _describe(group.create_dataset(**_layout(field, sizes, settings.compression)), field)
+                create_dataset(group, field, sizes, settings.compression)
     tally = _write_frames(file, group, frames, targets, masks)
     with file.writing():
-        for field in fields:
+        for field in stored:
             if field.storage == "whole":
                 rows = column(field.name, frames, tally.trajectories, tally.points)
-                data = np.asarray(rows, field.memory_dtype).reshape(field.resolved(sizes))
-                _describe(group.create_dataset(field.name, data=data, dtype=field.h5_dtype), field)
+                store_dataset(group, field, rows, sizes)
         group.attrs.update(_camera_attributes(camera, tally, len(frames) * grid.rows * grid.columns))
 
 
@@ -163,22 +154,6 @@ def _write_frame(group: h5py.Group, index: int, targets: FrameTargets) -> int:
     return count
 
 
-def _layout(field: Field, sizes: dict[str, int], compression: Compression) -> dict[str, Any]:
-    """Arguments of `create_dataset` for what is written frame by frame."""
-    shape = field.resolved(sizes)
-    layout: dict[str, Any] = {"name": field.name, "shape": shape, "dtype": field.h5_dtype}
-    if field.storage == "rasters":
-        layout |= {"chunks": (1, *shape[1:])} | _FILTERS[compression]
-    elif field.storage == "rows":
-        chunks = (_POINTS_PER_CHUNK, *shape[1:])
-        layout |= {"maxshape": (None, *shape[1:]), "chunks": chunks} | _FILTERS[compression]
-    return layout
-
-
-def _describe(dataset: h5py.Dataset, field: Field) -> None:
-    dataset.attrs.update({name: getattr(field, name) for name in schema.DATASET_ATTRIBUTES})
-
-
 def _camera_attributes(camera: str, tally: _Tally, cells: int) -> dict[str, Any]:
     values: dict[str, Any] = {
         "channel": camera,
@@ -186,4 +161,4 @@ def _camera_attributes(camera: str, tally: _Tally, cells: int) -> dict[str, Any]
         "drivable_share": tally.drivable_cells / cells,
         "vehicle_share": tally.vehicle_cells / cells,
     }
-    return {attribute.name: attribute.kind(values[attribute.name]) for attribute in schema.CAMERA_ATTRIBUTES}
+    return attribute_values(schema.CAMERA_ATTRIBUTES, values)

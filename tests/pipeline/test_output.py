@@ -65,7 +65,7 @@ def test_a_read_only_folder_is_named(tmp_path, run):
 def test_two_runs_at_once_are_refused(tmp_path, run):
     out = tmp_path / "out"
     out.mkdir()
-    with FileLock(out / LOCK), pytest.raises(OutputError, match="another extract is writing here"):
+    with FileLock(out / LOCK), pytest.raises(OutputError, match="another ogmkit command is writing here"):
         run(out)
 
 

@@ -17,10 +17,24 @@ def test_the_promised_names_are_there():
     assert {field.name for field in schema.FIELDS} >= set(" ".join(PROMISED).split())
 
 
-def test_names_are_unique_and_described():
-    names = [field.name for field in schema.FIELDS]
+ADDED = {
+    "homography": "bev_from_image valid reason rms_px num_points plane left_out_error_m left_out_refused",
+    "footprints": "drivable vehicles valid",
+}
+
+
+def test_the_promised_names_of_added_groups_are_there():
+    assert {kind.name for kind in schema.ADDED} == ADDED.keys()
+    for kind in schema.ADDED:
+        assert {field.name for field in kind.fields} >= set(ADDED[kind.name].split())
+        assert {"method", "settings"} <= {attribute.name for attribute in kind.attributes}
+
+
+@pytest.mark.parametrize("fields", [schema.FIELDS, *(kind.fields for kind in schema.ADDED)])
+def test_names_are_unique_and_described(fields):
+    names = [field.name for field in fields]
     assert len(set(names)) == len(names)
-    assert all(field.description for field in schema.FIELDS)
+    assert all(field.description for field in fields)
 
 
 @pytest.mark.parametrize(
@@ -38,9 +52,10 @@ def test_shapes_resolve():
 
 def test_the_markdown_names_every_dataset_and_attribute():
     text = schema.markdown()
-    for field in schema.FIELDS:
+    for field in (*schema.FIELDS, *(field for kind in schema.ADDED for field in kind.fields)):
         assert f"| `{field.name}` | {field.dtype} |" in text
-    for attribute in (*schema.FILE_ATTRIBUTES, *schema.CAMERA_ATTRIBUTES):
+    added = [attribute for kind in schema.ADDED for attribute in kind.attributes]
+    for attribute in (*schema.FILE_ATTRIBUTES, *schema.CAMERA_ATTRIBUTES, *added):
         assert f"| `{attribute.name}` |" in text
     columns = {line.count("|") for line in text.splitlines() if line}
     assert columns == {5, 7}

@@ -148,6 +148,33 @@ def test_departures_from_the_schema_are_named(out):
         assert expected in found
 
 
+@pytest.mark.parametrize(
+    ("link", "message"),
+    [
+        (
+            h5py.ExternalLink("other.h5", "/secret"),
+            "/CAM_FRONT/intrinsics is a link to another place, not data",
+        ),
+        (h5py.SoftLink("/CAM_BACK/intrinsics"), "/CAM_FRONT/intrinsics is a link to another place, not data"),
+    ],
+)
+def test_a_link_is_named(out, link, message):
+    with h5py.File(out / "scene-0007.h5", "r+") as file:
+        del file["CAM_FRONT/intrinsics"]
+        file["CAM_FRONT/intrinsics"] = link
+    assert f"scene-0007.h5: {message}" in messages(out)
+
+
+def test_data_in_another_file_is_named(out, tmp_path):
+    data = np.zeros((5, 3, 3))
+    data.tofile(tmp_path / "elsewhere")
+    with h5py.File(out / "scene-0007.h5", "r+") as file:
+        del file["CAM_FRONT/intrinsics"]
+        place = [(tmp_path / "elsewhere", 0, data.nbytes)]
+        file["CAM_FRONT"].create_dataset("intrinsics", data.shape, data.dtype, external=place)
+    assert "scene-0007.h5: /CAM_FRONT/intrinsics keeps its data in another file" in messages(out)
+
+
 def test_a_missing_camera_is_named(out):
     with h5py.File(out / "scene-0007.h5", "r+") as file:
         del file["CAM_BACK"]

@@ -1,0 +1,152 @@
+"""`ogmkit homography-fit`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from .options import (
+    cameras_option,
+    categories_option,
+    min_visibility_option,
+    shards_argument,
+    workers_option,
+)
+from .progress import progress
+from .text import text_table
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from ogmkit.pipeline.homography_fit import HomographySummary
+    from ogmkit.pipeline.homography_summary import MethodSummary
+
+
+@click.command()
+@shards_argument
+@click.option(
+    "--method",
+    "methods",
+    type=click.Choice(["surface", "dlt", "robust", "plane", "four-point", "calibration"]),
+    multiple=True,
+    default=("surface", "dlt", "plane", "calibration"),
+    show_default=True,
+    help="How to find the homography; repeat for several.",
+)
+@cameras_option()
+@click.option(
+    "--min-points",
+    type=click.IntRange(min=4),
+    show_default="4; 8 for robust",
+    help="Fewest corners of boxes that a homography may rest on.",
+)
+@click.option(
+    "--min-spread",
+    "min_spread_m",
+    type=click.FloatRange(min=0),
+    metavar="METRES",
+    default=0.1,
+    show_default=True,
+    help="Least standard deviation of the corners on the ground, over all directions.",
+)
+@categories_option
+@min_visibility_option
+@click.option(
+    "--max-distance",
+    "max_distance_m",
+    type=click.FloatRange(min=0, min_open=True),
+    metavar="METRES",
+    default=60.0,
+    show_default=True,
+    help="Farthest box whose corners are used, from the ego.",
+)
+@workers_option
+@click.option("--overwrite", is_flag=True, help="Fit anew what is there; other settings are allowed.")
+@click.option(
+    "--plot",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="FILE",
+    help="PNG file for a picture of the errors by method and distance.",
+)
+def command(
+    out: Path,
+    methods: tuple[str, ...],
+    cameras: tuple[str, ...],
+    min_points: int | None,
+    min_spread_m: float,
+    categories: tuple[str, ...],
+    min_visibility: int,
+    max_distance_m: float,
+    workers: int,
+    overwrite: bool,
+    plot: Path | None,
+) -> None:
+    """Fit camera-to-BEV homographies to every frame.
+
+    Adds a group homography/<method> to each camera of the shards in OUT, a folder that `ogmkit extract`
+    wrote, and shows what the methods are worth: each box is left out of a fit and measured. `surface` and
+    `calibration` take no notice of the options on corners. A frame for which a method has no answer is marked
+    invalid, with the reason. A run that was interrupted goes on where it stopped when it is called again.
+    """
+    from ogmkit.homography.settings import FitSettings
+    from ogmkit.pipeline.homography_fit import fit_shards
+
+    settings = FitSettings(min_points, min_spread_m, max_distance_m, categories, min_visibility)
+    with progress(None, "shards", "homography-fit") as advance:
+        summary = fit_shards(
+            out,
+            methods,
+            settings,
+            cameras=cameras,
+            workers=workers,
+            overwrite=overwrite,
+            on_progress=advance,
+        )
+    for line in _lines(summary):
+        click.echo(line)
+    if plot is not None:
+        from ogmkit.pictures.homography_plot import draw
+        from ogmkit.pictures.png import write_png
+
+        write_png(plot, draw(summary))
+
+
+def _lines(summary: HomographySummary) -> Iterator[str]:
+    frames = summary.methods[0].frames
+    yield (
+        f"{frames} frames in {summary.shards} shards ({summary.kept} had it all before), "
+        f"{summary.seconds:.1f} s"
+    )
+    yield ""
+    header = ("method", "valid", "residual px", "residual cells")
+    yield text_table(header, [_residuals(method) for method in summary.methods])
+    yield ""
+    yield "Left-out boxes by distance: median error / 90th percentile in metres / share refused"
+    yield text_table(
+        (
+            "method",
+            *(f"{r.from_m:.0f} to {r.to_m:.0f} m: {r.boxes} boxes" for r in summary.methods[0].ranges),
+        ),
+        [_errors(method) for method in summary.methods],
+    )
+    for method in summary.methods:
+        for reason, count in method.reasons:
+            yield f"{method.method}: no homography in {count} frames: {reason}"
+
+
+def _residuals(method: MethodSummary) -> tuple[str, ...]:
+    return (
+        method.method,
+        f"{method.valid} of {method.frames}",
+        f"{method.median_rms_px:11.2f}",
+        f"{method.median_rms_cells:14.1f}",
+    )
+
+
+def _errors(method: MethodSummary) -> tuple[str, ...]:
+    return (
+        method.method,
+        *(f"{r.median_m:5.2f} / {r.p90_m:5.2f} / {r.refused_share:5.1%}" for r in method.ranges),
+    )

@@ -1,0 +1,79 @@
+"""`ogmkit render-footprints`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from .options import cameras_option, shards_argument, workers_option
+from .progress import progress
+
+if TYPE_CHECKING:
+    from ogmkit.footprints.settings import Method
+
+
+@click.command()
+@shards_argument
+@click.option(
+    "--homography",
+    metavar="SOURCE",
+    default="surface",
+    show_default=True,
+    help="Homography that masks are warped with; for the other methods, the ground that the drivable area "
+    "lies on: surface or calibration.",
+)
+@click.option(
+    "--method",
+    type=click.Choice(["warp", "project", "full-body"]),
+    default="warp",
+    show_default=True,
+    help="By the homography; exactly, from boxes and ground; or whole bodies, as an ordinary mask has them.",
+)
+@click.option(
+    "--scale", type=float, default=2.0, show_default=True, help="Size of the image / size of the masks."
+)
+@click.option(
+    "--name",
+    metavar="SET",
+    show_default="SOURCE, SOURCE-project or full-body",
+    help="What the set of masks is called.",
+)
+@cameras_option()
+@workers_option
+@click.option("--overwrite", is_flag=True, help="Render anew what is there; other settings are allowed.")
+def command(
+    out: Path,
+    homography: str,
+    method: Method,
+    scale: float,
+    name: str | None,
+    cameras: tuple[str, ...],
+    workers: int,
+    overwrite: bool,
+) -> None:
+    """Render drivable area and vehicles as camera-view masks.
+
+    Adds a group footprints/<set> to each camera of the shards in OUT, a folder that `ogmkit extract` wrote.
+    Frames without a valid homography are marked, and their masks left empty. A run that was interrupted goes
+    on where it stopped when it is called again.
+    """
+    from ogmkit.footprints.settings import FootprintSettings
+    from ogmkit.pipeline.render_footprints import render_footprints
+
+    with progress(None, "shards", "render-footprints") as advance:
+        summary = render_footprints(
+            out,
+            FootprintSettings(homography, method, scale, name),
+            cameras=cameras,
+            workers=workers,
+            overwrite=overwrite,
+            on_progress=advance,
+        )
+    click.echo(
+        f"{summary.name}: {summary.frames} frames in {summary.shards} shards ({summary.kept} had it all "
+        f"before), {summary.seconds:.1f} s"
+    )
+    if summary.invalid:
+        click.echo(f"{summary.name}: {summary.invalid} frames have no valid homography: left empty")

@@ -1,0 +1,1 @@
+"""Flatmobiles: drivable area and the vehicles' ground faces as masks in camera view (DESIGN §2, §3)."""

@@ -1,0 +1,178 @@
+"""Adding groups to the shards of a finished folder: resumable, interruptible, each shard old or new."""
+
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
+from contextlib import closing, contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Generic, TypeVar
+
+from ogmkit.errors import ShardError
+from ogmkit.pipeline import output
+from ogmkit.pipeline.amendment import Amendment, Groups, chosen_cameras, pending_groups, require_sound
+from ogmkit.pipeline.execution import run_over
+from ogmkit.shards.additions import add_to_shard, new_group, place
+from ogmkit.shards.manifest import Manifest, ShardEntry, file_sha256, read_manifest, write_manifest
+from ogmkit.shards.reader import AGAIN, REMEDY, Shard, damaged
+from ogmkit.shards.sink import ShardFile
+
+Report = TypeVar("Report")
+
+
+@dataclass(frozen=True)
+class Amended(Generic[Report]):
+    """One shard.
+
+    Attributes:
+        scene: the scene's name.
+        changed: whether anything was added; otherwise all of it was there.
+        report: the amendment's.
+    """
+
+    scene: str
+    changed: bool
+    report: Report
+
+
+@dataclass(frozen=True)
+class _Task(Generic[Report]):
+    """One shard's work.
+
+    Attributes:
+        path: the shard's file.
+        entry: of the manifest.
+        settled: whether the manifest knows the file; not after a run that was cut short.
+        pending: camera → groups to make; empty where all are there.
+        cameras: chosen ones.
+        amendment: the command's.
+    """
+
+    path: Path
+    entry: ShardEntry
+    settled: bool
+    pending: dict[str, Groups]
+    cameras: tuple[str, ...]
+    amendment: Amendment[Report]
+
+
+def amend(
+    out: Path,
+    amendment: Amendment[Report],
+    *,
+    cameras: Sequence[str] = (),
+    workers: int = 1,
+    executor: Executor | None = None,
+    overwrite: bool = False,
+    on_progress: Callable[[int, int], None] | None = None,
+) -> tuple[Amended[Report], ...]:
+    """Add groups to all shards of a folder, then bring its manifest up to date.
+
+    All shards are looked at before the first is changed. Groups that are there with the same attributes stay.
+    Killed at any moment, the same call again finishes the work.
+
+    Args:
+        out: a folder that an extraction finished.
+        amendment: what to add.
+        cameras: channels; none means all.
+        workers: processes.
+        executor: runs the work instead of own processes.
+        overwrite: make the groups anew that are there.
+        on_progress: called with (shards done, shards in all).
+
+    Returns:
+        One result a shard, in the manifest's order.
+
+    Raises:
+        ShardError: the folder is no finished extraction, or a shard is absent, damaged or changed.
+        SettingsError: there is no such camera, or the amendment can't be made.
+        OutputError: groups with other settings are there, another command writes or was cut short here, or
+            the disk refuses.
+        OgmkitError: a worker process died.
+    """
+    read_manifest(out)  # in a folder that isn't ours, not even a lock is made
+    done: dict[str, tuple[ShardEntry, Amended[Report]]] = {}
+    with output.locked(out):
+        manifest = read_manifest(out)
+        settled = output.require_no_other_run(out, amendment.command)
+        tasks = _tasks(out, manifest, amendment, cameras, settled=settled, overwrite=overwrite)
+        if any(task.pending for task in tasks):
+            output.begin_amending(out, amendment.command)
+        with closing(run_over(_run, tasks, workers=workers, executor=executor)) as results:
+            for entry, amended in results:
+                done[entry.file] = entry, amended
+                if on_progress is not None:
+                    on_progress(len(done), len(tasks))
+        ordered = [done[entry.file] for entry in manifest.shards]
+        _finish(out, manifest, tuple(entry for entry, _ in ordered))
+    return tuple(amended for _, amended in ordered)
+
+
+def _tasks(
+    out: Path,
+    manifest: Manifest,
+    amendment: Amendment[Report],
+    cameras: Sequence[str],
+    *,
+    settled: bool,
+    overwrite: bool,
+) -> list[_Task[Report]]:
+    chosen = chosen_cameras(out, manifest, cameras)
+    if not manifest.shards:
+        raise ShardError(f"{out}: the manifest names no shard; {AGAIN}")
+    tasks = []
+    for entry in manifest.shards:
+        path = out / entry.file
+        with _reading(path), Shard(path) as shard:
+            require_sound(shard, entry, manifest, settled=settled)
+            pending = pending_groups(shard, amendment, chosen, overwrite=overwrite)
+        tasks.append(_Task(path, entry, settled, pending, chosen, amendment))
+    return tasks
+
+
+def _run(task: _Task[Report]) -> tuple[ShardEntry, Amended[Report]]:
+    """Add to one shard, or find that nothing is to be added; runs in a worker."""
+    path, entry = task.path, task.entry
+    if task.pending:
+        if task.settled:
+            _require_unchanged(path, entry)  # damage must not get a checksum of its own
+        with Shard(path) as shard:
+            add_to_shard(path, lambda file: _add(task, shard, file), replaced=_places(task))
+    if task.pending or not task.settled:
+        entry = replace(entry, bytes=path.stat().st_size, sha256=file_sha256(path))
+    with _reading(path), Shard(path) as shard:
+        report = task.amendment.report(shard, task.cameras)
+    return entry, Amended(entry.scene, bool(task.pending), report)
+
+
+def _add(task: _Task[Report], shard: Shard, file: ShardFile) -> None:
+    for camera, groups in task.pending.items():
+        with file.writing() as h5:
+            for name, values in groups.items():
+                new_group(h5, camera, task.amendment.kind, name, values)
+        task.amendment.write(shard, camera, tuple(groups), file)
+
+
+def _places(task: _Task[Report]) -> set[str]:
+    kind = task.amendment.kind
+    return {place(camera, kind, name) for camera, groups in task.pending.items() for name in groups}
+
+
+def _require_unchanged(path: Path, entry: ShardEntry) -> None:
+    with _reading(path):
+        if file_sha256(path) != entry.sha256:
+            raise ShardError(f"{path}: has another checksum than the manifest says; {REMEDY}")
+
+
+def _finish(out: Path, manifest: Manifest, entries: tuple[ShardEntry, ...]) -> None:
+    if entries != manifest.shards:
+        write_manifest(out, replace(manifest, shards=entries))
+    output.finish_amending(out)
+
+
+@contextmanager
+def _reading(path: Path) -> Iterator[None]:
+    """Name the shard whose data can't be read."""
+    try:
+        yield
+    except (OSError, RuntimeError) as error:
+        raise damaged(path, error) from error

@@ -1,0 +1,93 @@
+"""Whether the groups that commands added to a shard agree with themselves and with the rest."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ogmkit.shards.additions import added_values
+from ogmkit.shards.crosschecks import first_wrong
+from ogmkit.shards.reader import Shard
+from ogmkit.shards.schema import FOOTPRINTS, HOMOGRAPHY
+from ogmkit.shards.settings import differences
+from ogmkit.typing import BoolArray
+
+
+@np.errstate(invalid="ignore")  # damaged numbers are findings
+def added_problems(shard: Shard, camera: str) -> tuple[str, ...]:
+    """Describe what contradicts itself in the groups added to one camera's, whose structure is sound.
+
+    Masks are read frame by frame.
+
+    Returns:
+        A line for each contradiction, naming the dataset and the first frame or box.
+    """
+    checks = ((HOMOGRAPHY, _homography), (FOOTPRINTS, _footprints))
+    return tuple(
+        f"/{camera}/{kind.name}/{name}{problem}"
+        for kind, check in checks
+        for name in shard.added(camera, kind.name)
+        for problem in check(shard, camera, name)
+    )
+
+
+def _homography(shard: Shard, camera: str, source: str) -> Iterator[str]:
+    group = f"{HOMOGRAPHY.name}/{source}"
+    matrices = shard.dataset(camera, f"{group}/bev_from_image")[:]
+    valid = shard.dataset(camera, f"{group}/valid")[:]
+    wrong = np.where(valid, ~np.isfinite(matrices).all(axis=(1, 2)), ~np.isnan(matrices).all(axis=(1, 2)))
+    yield from first_wrong("/bev_from_image contradicts valid in", wrong)
+    unscaled = valid & (np.abs(np.abs(matrices[:, 2, 2]) - 1) > 1e-9)
+    yield from first_wrong("/bev_from_image is not of scale |h33| = 1 in", unscaled)
+    # Image and grid have the same handedness, so w > 0 for ground in front goes with a positive determinant.
+    reversed_sign = valid & (np.linalg.det(np.where(valid[:, None, None], matrices, 0.0)) <= 0)
+    yield from first_wrong("/bev_from_image has no inverse or the wrong sign in", reversed_sign)
+    given = np.array([bool(reason) for reason in shard.strings(camera, f"{group}/reason")], dtype=np.bool_)
+    yield from first_wrong("/reason contradicts valid in", given == valid)
+    for name in ("rms_px", "rms_cells"):
+        yield from first_wrong(f"/{name} is negative in", shard.dataset(camera, f"{group}/{name}")[:] < 0)
+    yield from _left_out(shard, camera, group)
+
+
+def _left_out(shard: Shard, camera: str, group: str) -> Iterator[str]:
+    names = [f"{group}/left_out_{name}" for name in ("error_m", "refused")]
+    stored = [name in shard.h5[camera] for name in names]
+    if not any(stored):
+        return
+    if not all(stored):
+        yield "/left_out_error_m or left_out_refused is missing"
+        return
+    error_m, refused = (shard.dataset(camera, name)[:] for name in names)
+    wrong = (error_m < 0) | (refused & ~np.isnan(error_m))
+    yield from first_wrong("/left_out_error_m is negative or contradicts left_out_refused in", wrong, "box")
+
+
+def _footprints(shard: Shard, camera: str, name: str) -> Iterator[str]:
+    group = f"{FOOTPRINTS.name}/{name}"
+    valid: BoolArray = shard.dataset(camera, f"{group}/valid")[:]
+    for mask in ("drivable", "vehicles"):
+        masks = shard.dataset(camera, f"{group}/{mask}")
+        highest = np.array([masks[frame].max(initial=0) for frame in range(len(valid))], dtype=np.uint8)
+        yield from first_wrong(f"/{mask} holds other values than 0 and 1 in", highest > 1)
+        yield from first_wrong(f"/{mask} is filled although not valid in", (highest > 0) & ~valid)
+    yield from _warped(shard, camera, name, valid)
+
+
+def _warped(shard: Shard, camera: str, name: str, valid: BoolArray) -> Iterator[str]:
+    """Of a set that was warped: whether it was by the homographies that are there now."""
+    values = added_values(shard, camera, FOOTPRINTS, name)
+    if values is None or values["method"] != "warp":
+        return
+    source = values["homography"]
+    fit = added_values(shard, camera, HOMOGRAPHY, source)
+    if fit is None:
+        yield f" is warped by homography {source!r}, which is not there"
+        return
+    different = differences({"homography": fit}, values["settings"])
+    if different:
+        yield (
+            f" is warped by an earlier homography/{source} ({', '.join(different)}); "
+            "run `ogmkit render-footprints` with --overwrite"
+        )
+        return
+    unknown = valid != shard.dataset(camera, f"{HOMOGRAPHY.name}/{source}/valid")[:]
+    yield from first_wrong(f"/valid contradicts {HOMOGRAPHY.name}/{source}/valid in", unknown)

@@ -1,0 +1,94 @@
+"""What a dataset or attribute of a shard is described by; `schema` lists them all."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import h5py
+import numpy as np
+
+Part = Literal["core", "image", "lidar", "optional"]
+Storage = Literal["whole", "rasters", "bytes", "rows"]
+Dimension = str | int
+
+FRAMES, FRAMES_AND_END, BOXES, POINTS = "N", "N + 1", "M", "P"
+ROWS, COLUMNS = "rows", "columns"
+HEIGHT, WIDTH = "height", "width"
+
+
+@dataclass(frozen=True)
+class Field:
+    """One dataset of a camera's group, or of a group added to it.
+
+    Attributes:
+        name: below the group, such as `boxes/size_wlh`.
+        dtype: a numpy name, `text` (UTF-8) or `bytes` (a variable number of uint8 a row).
+        shape: sizes, or symbols: N frames, M boxes, P points, rows, columns, a mask's height and width.
+        description: what a row means.
+        units: of the values; empty where they have none.
+        frame: coordinate frame of the values; empty where they have none.
+        part: stored always (`core`), where the settings ask for it (`image`, `lidar`), or where there are
+            such values (`optional`).
+    """
+
+    name: str
+    dtype: str
+    shape: tuple[Dimension, ...]
+    description: str
+    units: str = ""
+    frame: str = ""
+    part: Part = "core"
+
+    @property
+    def storage(self) -> Storage:
+        """How it is laid out: at once, a compressed chunk a frame, bytes a frame, or appended rows."""
+        if self.dtype == "bytes":
+            return "bytes"
+        if self.shape[0] == POINTS:
+            return "rows"
+        return "rasters" if self.shape[1:] in ((ROWS, COLUMNS), (HEIGHT, WIDTH)) else "whole"
+
+    @property
+    def h5_dtype(self) -> np.dtype[Any]:
+        """The dtype that h5py stores."""
+        special: dict[str, np.dtype[Any]] = {"text": h5py.string_dtype(), "bytes": h5py.vlen_dtype(np.uint8)}
+        return special[self.dtype] if self.dtype in special else np.dtype(self.dtype)
+
+    @property
+    def memory_dtype(self) -> np.dtype[Any]:
+        """The dtype of its values as numpy holds them: text and bytes are objects."""
+        return np.dtype(object if self.dtype in ("text", "bytes") else self.dtype)
+
+    def resolved(self, sizes: Mapping[str, int]) -> tuple[int, ...]:
+        """The shape with its symbols replaced."""
+        return tuple(sizes[size] if isinstance(size, str) else size for size in self.shape)
+
+
+@dataclass(frozen=True)
+class Attribute:
+    """One attribute of the file or of a group."""
+
+    name: str
+    kind: type[str] | type[int] | type[float]
+    description: str
+
+
+@dataclass(frozen=True)
+class AddedKind:
+    """A kind of groups that later commands add below a camera's, each with a name of its own.
+
+    Attributes:
+        name: of the group that holds them, such as `homography`.
+        member: what one of them is called, such as `source`.
+        fields: datasets of each.
+        attributes: of each.
+    """
+
+    name: str
+    member: str
+    fields: tuple[Field, ...]
+    attributes: tuple[Attribute, ...]
+
+    def field(self, name: str) -> Field:
+        """One of its fields."""
+        return next(field for field in self.fields if field.name == name)
