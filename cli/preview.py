@@ -16,6 +16,23 @@ from .progress import progress
     type=click.Path(file_okay=False, path_type=Path),
     help="Folder for the pictures.  [default: OUT with -preview after its name]",
 )
+@click.option(
+    "--view",
+    "subjects",
+    type=click.Choice(["targets", "footprints", "stretch", "masks"]),
+    multiple=True,
+    default=("targets",),
+    show_default=True,
+    help="What to draw; repeat for several.",
+)
+@click.option(
+    "--set",
+    "mask_set",
+    metavar="NAME",
+    default="surface",
+    show_default=True,
+    help="Footprints to draw in all views but targets.",
+)
 @scenes_option
 @cameras_option()
 @click.option(
@@ -33,15 +50,26 @@ from .progress import progress
 def command(
     out: Path,
     pictures: Path | None,
+    subjects: tuple[str, ...],
+    mask_set: str,
     scenes: tuple[str, ...],
     cameras: tuple[str, ...],
     frames: int,
     dataroot: Path | None,
 ) -> None:
-    """Draw contact sheets of extracted frames.
+    r"""Draw contact sheets of extracted frames.
 
-    For each scene and camera of OUT, the folder that `ogmkit extract` wrote, one PNG: camera images with
-    projected boxes beside the plane from above, with drivable area, vehicles, field of view, past and future.
+    One PNG for each scene and camera of OUT, the folder that `ogmkit extract` wrote, and for each view:
+
+    \b
+    targets     images with boxes; the plane from above: drivable area, vehicles,
+                field of view, past and future
+    footprints  a set of `ogmkit render-footprints` over the images; the plane; the
+                set warped to the plane again, and where the two agree
+    stretch     whole bodies and footprints, each warped to the plane: why
+                footprints (needs the set full-body, too)
+    masks       image, masks in the camera's view, masks from above
+
     Writes the files' names to stdout.
     """
     from ogmkit.pictures.preview import preview
@@ -50,6 +78,8 @@ def command(
         written = preview(
             out,
             pictures,
+            subjects=subjects,
+            mask_set=mask_set,
             scenes=scenes,
             cameras=cameras,
             frames=frames,

@@ -1,4 +1,4 @@
-"""The plane from above: rasters, field of view, the ego, its past and its future."""
+"""The plane from above: cells in their colours, the ego, its past and its future."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,23 +6,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from ogmkit.grid import GridSpec
-from ogmkit.pictures.canvas import GREEN, MUTED, ORANGE, OUTLINE, PAGE, SKY_BLUE, TEXT, Canvas, Colour, resize
+from ogmkit.pictures.canvas import GREEN, MUTED, OUTLINE, PAGE, SKY_BLUE, TEXT, Canvas, Colour, resize
 from ogmkit.pictures.views import View
-from ogmkit.typing import FloatArray, IntArray, UInt8Array
+from ogmkit.typing import FloatArray, UInt8Array
 
-GROUND_COLOUR: Colour = (34, 41, 51)
-DRIVABLE_COLOUR: Colour = (92, 105, 124)
-VEHICLE_COLOUR: Colour = ORANGE
 PAST_COLOUR: Colour = SKY_BLUE
 FUTURE_COLOUR: Colour = GREEN
 EGO_COLOUR: Colour = TEXT
 EGO_SHAPE = np.array([[0.0, -12.0], [8.0, 9.0], [0.0, 4.0], [-8.0, 9.0]])
 """Corners of the ego's arrow in pixels, its tip up."""
 DOT_RADIUS = 4.0
-UNSEEN = 0.35
-"""How much of its colour a cell outside the field of view keeps."""
 
-_BEHIND_M = (10.0, 30.0)
+_BEHIND_M = (10.0, 62.0)  # room for the scale bar; 3 s at 20 m/s and the last dot
 _BAR_LENGTHS_M = (100, 50, 20, 10, 5, 2, 1)
 
 
@@ -59,44 +54,49 @@ class Plan:
         return pixels
 
 
-def plan_for(grid: GridSpec, views: Sequence[View], size: tuple[int, int]) -> Plan:
-    """The largest plan of the grid within (height, width) pixels whose strip holds the views' past."""
-    behind_m = grid.x_range_m[0] - min(float(np.nanmin(view.past[:, 0], initial=0.0)) for view in views)
+def plan_for(grid: GridSpec, pasts: Sequence[FloatArray], size: tuple[int, int]) -> Plan:
+    """The largest plan of the grid within (height, width) pixels.
+
+    Args:
+        grid: the rasters' grid.
+        pasts: (6, 2) metres each, level frame; the strip behind holds the longest of them, within limits.
+        size: in pixels.
+    """
+    behind_m = grid.x_range_m[0] - min(
+        (float(np.nanmin(past[:, 0], initial=0.0)) for past in pasts), default=0
+    )
     behind_m = float(np.clip(behind_m + 2.0, *_BEHIND_M))
     height_m, width_m = grid.rows * grid.m_per_cell + behind_m, grid.columns * grid.m_per_cell
     return Plan(grid, min(size[0] / height_m, size[1] / width_m), behind_m)
 
 
-def draw_plane(view: View, plan: Plan) -> Canvas:
-    """Draw one frame's rasters and trajectories, forward up and left to the left."""
+def draw_plane(colours: UInt8Array, plan: Plan) -> Canvas:
+    """Draw the grid, forward up and left to the left, with a scale bar and the ego.
+
+    Args:
+        colours: (rows, columns, 3) uint8 RGB of the cells.
+        plan: where it goes.
+    """
     canvas = Canvas(*plan.size, PAGE)
-    canvas.paste(_rasters(view, plan.grid_size), 0, 0)
+    canvas.paste(resize(colours, plan.grid_size), 0, 0)
     _draw_scale_bar(canvas, plan.px_per_m)
+    _draw_ego(canvas, plan)
+    return canvas
+
+
+def draw_paths(canvas: Canvas, view: View, plan: Plan) -> None:
+    """Draw past and future on a plane, under the ego."""
     ego = np.zeros((1, 2))
     past, future = (points[~np.isnan(points).any(axis=1)] for points in (view.past, view.future))
     canvas.polyline(plan.pixels(np.concatenate([past, ego])), PAST_COLOUR)
     canvas.polyline(plan.pixels(np.concatenate([ego, future])), FUTURE_COLOUR)
     canvas.dots(plan.pixels(past), PAST_COLOUR, DOT_RADIUS)
     canvas.dots(plan.pixels(future), FUTURE_COLOUR, DOT_RADIUS)
-    canvas.polygon(plan.pixels(ego) + EGO_SHAPE, EGO_COLOUR)
-    return canvas
+    _draw_ego(canvas, plan)
 
 
-def shade(drivable: FloatArray, vehicles: FloatArray, field_of_view: FloatArray) -> UInt8Array:
-    """Colours (h, w, 3) of (h, w) shares between 0 and 1; the legend's swatches come from here too."""
-    colour = _blend(_blend(np.array(GROUND_COLOUR), DRIVABLE_COLOUR, drivable), VEHICLE_COLOUR, vehicles)
-    seen = UNSEEN + (1 - UNSEEN) * field_of_view[..., None]
-    return np.rint(np.array(PAGE) + (colour - PAGE) * seen).astype(np.uint8)
-
-
-def _rasters(view: View, size: tuple[int, int]) -> UInt8Array:
-    masks = view.drivable, view.vehicles, view.field_of_view
-    return shade(*(resize(mask * np.uint8(255), size) / 255 for mask in masks))
-
-
-def _blend(below: FloatArray | IntArray, above: Colour, share: FloatArray) -> FloatArray:
-    blended: FloatArray = below + (np.array(above) - below) * share[..., None]
-    return blended
+def _draw_ego(canvas: Canvas, plan: Plan) -> None:
+    canvas.polygon(plan.pixels(np.zeros((1, 2))) + EGO_SHAPE, EGO_COLOUR)
 
 
 def _draw_scale_bar(canvas: Canvas, px_per_m: float) -> None:

@@ -1,17 +1,20 @@
-"""The camera's picture with projected 3D boxes."""
+"""The camera's picture: bare, with projected 3D boxes, or with masks over it."""
 
 import numpy as np
 
 from ogmkit.geometry.boxes import EDGES, box_corners
 from ogmkit.geometry.camera import project
 from ogmkit.geometry.polygons import clip_near_plane
-from ogmkit.pictures.canvas import MUTED, ORANGE, PANEL, PURPLE, YELLOW, Canvas, Colour, fit, resize
+from ogmkit.pictures.canvas import GREEN, MUTED, ORANGE, PANEL, PURPLE, YELLOW, Canvas, Colour, fit, resize
 from ogmkit.pictures.views import View
-from ogmkit.typing import FloatArray
+from ogmkit.typing import FloatArray, UInt8Array
 
 BOX_COLOURS: dict[str, Colour] = {"vehicle": ORANGE, "human": PURPLE, "movable_object": YELLOW}
 """First part of a category's name → colour of its boxes; `OTHER_COLOUR` for the rest."""
 OTHER_COLOUR: Colour = MUTED
+DRIVABLE_TINT: tuple[Colour, float] = (GREEN, 0.35)
+VEHICLE_TINT: tuple[Colour, float] = (ORANGE, 0.75)
+"""Colour and opacity of masks over the image."""
 
 _NEAR_M = 0.1
 _CLOSE_M = 25.0
@@ -19,8 +22,8 @@ _FRONT_FACE = (0, 1, 2, 3)
 _FRONT_OPACITY = 0.45
 
 
-def draw_camera(view: View, size: tuple[int, int]) -> Canvas:
-    """Draw the image, or an empty panel that says there is none, and the boxes over it.
+def draw_photo(view: View, size: tuple[int, int]) -> Canvas:
+    """Draw the image, or an empty panel that says there is none.
 
     Args:
         view: the frame.
@@ -32,11 +35,45 @@ def draw_camera(view: View, size: tuple[int, int]) -> Canvas:
         canvas.text("no image in the shard", width // 2, height // 5, 22, MUTED, "centre")
     else:
         canvas.paste(resize(view.image, (height, width), photo=True), 0, 0)
+    return canvas
+
+
+def draw_masks(
+    view: View,
+    size: tuple[int, int],
+    *,
+    vehicles: UInt8Array,
+    drivable: UInt8Array | None = None,
+) -> Canvas:
+    """Draw the image as `draw_photo` does, with masks over it.
+
+    Args:
+        view: the frame.
+        size: largest (height, width) in pixels.
+        vehicles: (h, w) uint8 0/1 of any size.
+        drivable: the same; None leaves it out.
+    """
+    canvas = draw_photo(view, size)
+    for mask, (colour, opacity) in ((drivable, DRIVABLE_TINT), (vehicles, VEHICLE_TINT)):
+        if mask is not None:
+            canvas.tint(resize(mask * np.uint8(255), canvas.shape) / 255, colour, opacity)
+    return canvas
+
+
+def draw_camera(view: View, size: tuple[int, int]) -> Canvas:
+    """Draw the image as `draw_photo` does, and the boxes over it.
+
+    Args:
+        view: the frame.
+        size: largest (height, width) in pixels.
+    """
+    canvas = draw_photo(view, size)
+    panel_intrinsics = _panel_intrinsics(view, canvas.shape[0])
     corners = box_corners(view.camera_from_box, view.size_wlh)
     depths_m = view.camera_from_box[:, 2, 3]
     for box in np.argsort(-depths_m).tolist():
         colour = BOX_COLOURS.get(view.category[box].partition(".")[0], OTHER_COLOUR)
-        _draw_box(canvas, corners[box], _panel_intrinsics(view, height), colour, depths_m[box] < _CLOSE_M)
+        _draw_box(canvas, corners[box], panel_intrinsics, colour, depths_m[box] < _CLOSE_M)
     return canvas
 
 

@@ -27,6 +27,7 @@ YELLOW: Colour = (240, 228, 66)
 PURPLE: Colour = (218, 130, 180)
 
 _SUBPIXEL_BITS = 4
+_LONGEST_TEXT = 300
 _FARTHEST_PX = 1e6  # keeps OpenCV's fixed-point coordinates within 32 bits
 
 
@@ -76,6 +77,11 @@ class Canvas:
         if opacity < 1:
             cv2.addWeighted(drawn, opacity, self.pixels, 1 - opacity, 0, dst=self.pixels)
 
+    def tint(self, share: FloatArray, colour: Colour, opacity: float) -> None:
+        """Lay a colour over the whole picture, as dense as (height, width) shares between 0 and 1 say."""
+        cover = (opacity * share)[..., None]
+        self.pixels[:] = np.rint(self.pixels * (1 - cover) + cover * colour)
+
     def text(
         self,
         text: str,
@@ -98,6 +104,7 @@ class Canvas:
         Returns:
             The text's width in pixels.
         """
+        text = _plain(text)
         width = text_width(text, size)
         left = x - {"left": 0, "centre": width // 2, "right": width}[align]
         ink, offset_x, offset_y = _ink(text, size)
@@ -125,7 +132,21 @@ def resize(pixels: UInt8Array, size: tuple[int, int], *, photo: bool = False) ->
 
 def text_width(text: str, size: int) -> int:
     """Width in pixels of a line of text."""
-    return round(_font(size).getlength(text))
+    return round(_font(size).getlength(_plain(text)))
+
+
+def shortened(text: str, size: int, width: int) -> str:
+    """As much of a line of text as fits into `width` pixels; dots stand for the rest."""
+    text = _plain(text)
+    if text_width(text, size) <= width:
+        return text
+    fitting = (text[:length].rstrip() + "…" for length in range(len(text) - 1, 0, -1))
+    return next((part for part in fitting if text_width(part, size) <= width), "")
+
+
+def _plain(text: str) -> str:
+    """Text on one line and not endless: names and reasons come from files, which may hold anything."""
+    return "".join(c if c.isprintable() else " " for c in text[:_LONGEST_TEXT])
 
 
 @functools.cache

@@ -1,15 +1,16 @@
-"""Contact sheets of extracted frames, as PNG files: one for each scene and camera."""
+"""Contact sheets of extracted frames, as PNG files: one for each scene, camera and subject."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-import cv2
-import numpy as np
-
 from ogmkit.errors import OutputError, SettingsError, ShardError
-from ogmkit.pictures.sheet import draw_sheet
-from ogmkit.pictures.views import View, evenly, read_view
-from ogmkit.shards.atomic import output_errors, replacing
+from ogmkit.pictures.bev_panel import plan_for
+from ogmkit.pictures.masks import DEFAULT_SET, MaskSet, open_sets
+from ogmkit.pictures.png import write_png
+from ogmkit.pictures.sheet import Heading, draw_sheet
+from ogmkit.pictures.subjects import PLANE_SIZE, SUBJECTS
+from ogmkit.pictures.views import evenly, read_view
+from ogmkit.shards.atomic import output_errors
 from ogmkit.shards.manifest import Manifest, ShardEntry, read_manifest
 from ogmkit.shards.reader import REMEDY, Shard
 from ogmkit.typing import UInt8Array
@@ -17,13 +18,13 @@ from ogmkit.typing import UInt8Array
 MAX_FRAMES = 60
 """Frames of one sheet: about 300 MB of pixels."""
 
-_PNG_SETTINGS = (cv2.IMWRITE_PNG_COMPRESSION, 4)  # 6 takes three times as long and saves 5 %
-
 
 def preview(
     out: Path,
     pictures: Path | None = None,
     *,
+    subjects: Sequence[str] = ("targets",),
+    mask_set: str = DEFAULT_SET,
     scenes: Sequence[str] = (),
     cameras: Sequence[str] = (),
     frames: int = 6,
@@ -36,6 +37,8 @@ def preview(
         out: a folder that `ogmkit extract` finished.
         pictures: where the PNGs go; None = beside `out`, its name with `-preview`. Sheets of an earlier run
             are replaced.
+        subjects: what to draw, names of `ogmkit.pictures.subjects.SUBJECTS`; a sheet each.
+        mask_set: which set of camera-view masks to draw, for subjects that show one.
         scenes: names; empty = all.
         cameras: channels; empty = all.
         frames: how many frames a sheet shows, evenly spread over the scene.
@@ -46,13 +49,12 @@ def preview(
         The files written.
 
     Raises:
-        SettingsError: an unknown scene or camera, or a number of frames out of range.
-        ShardError: the manifest or a shard is absent, damaged or of another version.
+        SettingsError: an unknown subject, scene or camera, or a number of frames out of range.
+        ShardError: the manifest, a shard or a set of masks is absent, damaged or of another version.
         DataFileError: an image is absent or damaged.
         OutputError: `pictures` lies inside `out` or can't be written.
     """
-    if not 1 <= frames <= MAX_FRAMES:
-        raise SettingsError(f"frames: {frames} is not between 1 and {MAX_FRAMES}")
+    _check(subjects, mask_set, frames)
     folder = out.resolve()
     target = folder.with_name(f"{folder.name}-preview") if pictures is None else pictures
     if target.resolve().is_relative_to(folder):
@@ -60,39 +62,75 @@ def preview(
     chosen = _chosen(read_manifest(out), out, scenes, cameras)
     with output_errors(target):
         target.mkdir(parents=True, exist_ok=True)
+    sheets = [(*one, subject) for one in chosen for subject in dict.fromkeys(subjects)]
     written = []
-    for entry, camera in chosen:
-        path = target / f"{Path(entry.file).stem}_{camera}.png"
+    for entry, camera, subject in sheets:
+        path = target / f"{Path(entry.file).stem}_{camera}{_ending(subject, mask_set)}.png"
         with Shard(out / entry.file) as shard:
-            _write_png(path, draw_shard(shard, camera, frames, dataroot))
+            write_png(path, draw_shard(shard, camera, subject, frames, mask_set, dataroot))
         written.append(path)
         if on_progress is not None:
-            on_progress(len(written), len(chosen))
+            on_progress(len(written), len(sheets))
     return tuple(written)
 
 
-def draw_shard(shard: Shard, camera: str, frames: int, dataroot: Path | None = None) -> UInt8Array:
+def draw_shard(
+    shard: Shard,
+    camera: str,
+    subject: str = "targets",
+    frames: int = 6,
+    mask_set: str = DEFAULT_SET,
+    dataroot: Path | None = None,
+) -> UInt8Array:
     """Draw one camera's contact sheet: (h, w, 3) uint8 RGB; arguments and errors as for `preview`."""
     if camera not in shard.cameras:
         raise ShardError(f"{shard.path}: lacks camera {camera}, which the manifest names; {REMEDY}")
-    grid, count = shard.grid, shard.frames(camera)
-    views = [_read(shard, camera, index, dataroot) for index in evenly(frames, count)]
-    if not views:
+    kind, names = SUBJECTS[subject], SUBJECTS[subject].sets(mask_set)
+    count = shard.frames(camera)
+    indices = evenly(frames, count)
+    if not indices:
         raise ShardError(f"{shard.path}: camera {camera} has no frame; {REMEDY}")
-    note = (
-        f"{shard.location} · {shard.dataset_version} · {count} frame{'s' if count > 1 else ''} · "
-        f"{grid.rows} by {grid.columns} cells of {grid.m_per_cell:g} m"
-    )
-    return draw_sheet(shard.scene, camera, note, grid, views)
-
-
-def _read(shard: Shard, camera: str, index: int, dataroot: Path | None) -> View:
     try:
-        return read_view(shard, camera, index, dataroot=dataroot)
+        sets = open_sets(shard, camera, names) if names else ()
+        pasts = [shard.dataset(camera, "trajectory/past")[index] for index in indices] if kind.paths else ()
+        plan = plan_for(shard.grid, pasts, PLANE_SIZE)
+        views = (read_view(shard, camera, index, dataroot=dataroot) for index in indices)
+        tiles = [kind.tile(view, plan, sets) for view in views]
     except OSError as error:
-        raise ShardError(
-            f"{shard.path}: {camera}: frame {index} can't be read ({error}); {REMEDY}"
-        ) from error
+        raise ShardError(f"{shard.path}: {camera}: a frame can't be read ({error}); {REMEDY}") from error
+    heading = Heading(shard.scene, camera, _note(shard, count, sets))
+    return draw_sheet(heading, tiles, kind.columns, kind.groups)
+
+
+def _note(shard: Shard, count: int, sets: Sequence[MaskSet]) -> str:
+    grid, parts = shard.grid, []
+    if sets:
+        chosen = sets[-1]
+        other = "" if chosen.homography == chosen.name else f", homography {chosen.homography}"
+        parts.append(f"footprints {chosen.name} at 1:{chosen.scale:g}{other}")
+    parts += [
+        shard.location,
+        shard.dataset_version,
+        f"{count} frame{'s' if count > 1 else ''}",
+        f"{grid.rows} by {grid.columns} cells of {grid.m_per_cell:g} m",
+    ]
+    return " · ".join(parts)
+
+
+def _check(subjects: Sequence[str], mask_set: str, frames: int) -> None:
+    for name in subjects:
+        if name not in SUBJECTS:
+            raise SettingsError(f"view {name!r} is unknown: choose from {', '.join(SUBJECTS)}")
+        if SUBJECTS[name].sets(mask_set).count(mask_set) > 1:
+            raise SettingsError(f"view {name}: set {mask_set!r} would be drawn twice; choose another")
+    if not 1 <= frames <= MAX_FRAMES:
+        raise SettingsError(f"frames: {frames} is not between 1 and {MAX_FRAMES}")
+
+
+def _ending(subject: str, mask_set: str) -> str:
+    """What tells a sheet's file from those of other subjects and sets."""
+    shown = SUBJECTS[subject].sets(mask_set)
+    return f"_{subject}_{shown[-1]}" if shown else ""
 
 
 def _chosen(
@@ -111,10 +149,3 @@ def _chosen(
         for camera in known_cameras
         if entry.scene in (scenes or known_scenes) and camera in (cameras or known_cameras)
     )
-
-
-def _write_png(path: Path, pixels: UInt8Array) -> None:
-    """Write (h, w, 3) RGB pixels atomically."""
-    _, data = cv2.imencode(".png", np.ascontiguousarray(pixels[..., ::-1]), _PNG_SETTINGS)
-    with replacing(path) as part:
-        part.write_bytes(data.tobytes())

@@ -64,6 +64,40 @@ def make_shards(tmp_path, jpeg):
     return make
 
 
+@pytest.fixture
+def add_masks():
+    """Add homographies by calibration and sets of masks: `add_masks(path, "surface", vehicles=mask)`.
+
+    The ground of the fixture's level camera is flat, so calibration is exact. `invalid` lists frames that
+    have neither; the rest have the same masks, all 0 where none is given.
+    """
+
+    def add(path, name="surface", *, homography="surface", scale=1, invalid=(), **masks):
+        shape = IMAGE_SIZE[0] // scale, IMAGE_SIZE[1] // scale
+        valid = ~np.isin(np.arange(FRAMES), invalid)
+        with h5py.File(path, "r+") as h5:
+            made = h5["CAM_FRONT"].create_group(f"footprints/{name}")
+            for kind in ("drivable", "vehicles"):
+                mask = masks.get(kind, np.zeros(shape, np.uint8))
+                made[kind] = valid[:, None, None] * mask
+            made["valid"] = valid
+            method = name if name == "full-body" else "warp"
+            made.attrs.update(method=method, homography=homography, scale=float(scale), settings="{}")
+            if homography and f"homography/{homography}" not in h5["CAM_FRONT"]:
+                _write_homography(h5["CAM_FRONT"].create_group(f"homography/{homography}"), valid)
+
+    return add
+
+
+def _write_homography(group, valid):
+    # x right, y down: u = 79.5 − 100 y / d and v = 44.5 + 150 / d on the ground at d = x − 1.5 m.
+    image_from_level = np.array([[79.5, -100, -79.5 * 1.5], [44.5, 0, 150 - 44.5 * 1.5], [1, 0, -1.5]])
+    bev_from_image = GRID.bev_from_level @ np.linalg.inv(image_from_level)
+    group["bev_from_image"] = np.where(valid[:, None, None], bev_from_image, np.nan)
+    group["valid"] = valid
+    group["reason"] = ["" if one else "too few corners" for one in valid]
+
+
 def _file_attributes(scene, settings):
     return {
         "format": "ogmkit-shard",

@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from ogmkit.geometry.se3 import pose_matrix
-from ogmkit.pictures.camera_panel import BOX_COLOURS, OTHER_COLOUR, draw_camera
+from ogmkit.pictures.camera_panel import (
+    BOX_COLOURS,
+    DRIVABLE_TINT,
+    OTHER_COLOUR,
+    VEHICLE_TINT,
+    draw_camera,
+    draw_masks,
+)
 from ogmkit.pictures.canvas import PANEL
 from ogmkit.pictures.views import read_view
 from ogmkit.shards.reader import Shard
@@ -106,3 +113,25 @@ def test_the_image_is_scaled_to_the_panel_and_boxes_with_it(make_shards):
     top, bottom = (6 * (44.5 + 100 * y / 8.25) + 2.5 for y in (-0.1, 1.5))
     for column, row in ((left, (top + bottom) / 2), (right, bottom - 20), ((left + right) / 2, bottom)):
         assert canvas.pixels[round(row), round(column)].tolist() == list(BOX_COLOURS["vehicle"])
+
+
+def test_masks_lie_over_the_image_vehicles_on_top_and_scaled_to_it(view):
+    drivable, vehicles = np.zeros((54, 96), np.uint8), np.zeros((27, 48), np.uint8)
+    drivable[:, :48], vehicles[:, 12:36] = 1, 1
+    both = draw_masks(view, SIZE, vehicles=vehicles, drivable=drivable).pixels
+    alone = draw_masks(view, SIZE, vehicles=vehicles).pixels
+
+    def mixed(*tints):
+        colour = np.array(PANEL, float)
+        for over, opacity in tints:
+            colour = np.rint(colour + opacity * (np.array(over) - colour))
+        return colour.tolist()
+
+    row, columns = 400, (100, 300, 600, 900)
+    expected = [mixed(DRIVABLE_TINT), mixed(DRIVABLE_TINT, VEHICLE_TINT), mixed(VEHICLE_TINT), mixed()]
+    assert [both[row, column].tolist() for column in columns] == expected
+    assert [alone[row, column].tolist() for column in columns] == [
+        mixed(),
+        *[mixed(VEHICLE_TINT)] * 2,
+        mixed(),
+    ]

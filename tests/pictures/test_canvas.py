@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ogmkit.pictures.canvas import Canvas, fit, resize, text_width
+from ogmkit.pictures.canvas import Canvas, fit, resize, shortened, text_width
 
 INK = (255, 255, 255)
 
@@ -91,3 +91,27 @@ def test_resize_averages_when_it_shrinks_and_keeps_masks_crisp_when_it_grows():
     assert resize(mask, (1, 1)).item() == 100
     assert set(np.unique(resize(mask, (8, 8)))) == {0, 100, 200}
     assert len(np.unique(resize(mask, (8, 8), photo=True))) > 3
+
+
+def test_a_tint_is_as_dense_as_its_shares():
+    canvas = Canvas(1, 3, (100, 100, 100))
+    canvas.tint(np.array([[0.0, 0.5, 1.0]]), (200, 0, 100), 0.5)
+
+    assert canvas.pixels[0].tolist() == [[100, 100, 100], [125, 75, 100], [150, 50, 100]]
+
+
+def test_a_long_line_of_text_is_cut_to_its_room():
+    assert shortened("short", 20, 200) == "short"
+    cut = shortened("a line that is far too long for its room", 20, 200)
+    assert cut.endswith("…")
+    assert 170 < text_width(cut, 20) <= 200
+    assert shortened("nothing fits", 20, 3) == ""
+    assert len(shortened("x" * 10**6, 20, 10**9)) == 300
+
+
+def test_control_characters_are_drawn_as_blanks():
+    drawn_text, plain = Canvas(30, 100), Canvas(30, 100)
+    drawn_text.text("a\nb\tc", 5, 20, 20)
+    plain.text("a b c", 5, 20, 20)
+
+    np.testing.assert_array_equal(drawn_text.pixels, plain.pixels)

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from ogmkit.errors import OutputError, SettingsError, ShardError
+from ogmkit.pictures.legend import draw_legend
 from ogmkit.pictures.preview import draw_shard, preview
+from ogmkit.pictures.subjects import SUBJECTS
 from ogmkit.shards.reader import Shard
 
 
@@ -28,7 +30,7 @@ def test_the_file_holds_the_sheet(make_shards, tmp_path):
     (path,) = preview(out, tmp_path / "pictures", scenes=("scene-0002",), frames=2)
 
     with Shard(out / "scene-0002.h5") as shard:
-        sheet = draw_shard(shard, "CAM_FRONT", 2)
+        sheet = draw_shard(shard, "CAM_FRONT", frames=2)
     np.testing.assert_array_equal(cv2.imread(str(path))[..., ::-1], sheet)
     assert preview(out, tmp_path / "pictures", scenes=("scene-0002",)) == (path,)
 
@@ -37,13 +39,23 @@ def test_the_file_holds_the_sheet(make_shards, tmp_path):
 @pytest.mark.parametrize("frames", [1, 2, 3])
 def test_sheets_grow_with_their_frames(make_shards, images, frames):
     with Shard(make_shards(images) / "scene-0001.h5") as shard:
-        height, width, _ = draw_shard(shard, "CAM_FRONT", frames).shape
+        height, width, _ = draw_shard(shard, "CAM_FRONT", frames=frames).shape
 
-    tile_height, tile_width = 44 + 540, 960 + 12 + 216
+    tile_height, tile_width = 44 + 450, 800 + 12 + 180
     columns, rows = {1: (1, 1), 2: (1, 2), 3: (2, 2)}[frames]
-    legend_height = {1: 3, 2: 1}[columns] * 38
-    assert width == 2 * 40 + columns * tile_width + (columns - 1) * 36
-    assert height == 40 + 104 + rows * (tile_height + 36) + legend_height + 20
+    legend = draw_legend(SUBJECTS["targets"].groups, columns * tile_width + (columns - 1) * 36)
+    assert width == 2 * 40 + legend.shape[1]
+    assert height == 40 + 104 + rows * (tile_height + 36) + legend.shape[0] + 20
+
+
+def test_the_legend_takes_the_lines_that_it_needs():
+    groups = SUBJECTS["targets"].groups
+
+    assert draw_legend(groups, 4000).shape == (38, 4000, 3)
+    assert draw_legend(groups, 1200).shape == (3 * 38, 1200, 3)
+    narrow = draw_legend(groups, 1)
+    assert narrow.shape[0] == 3 * 38
+    assert 900 < narrow.shape[1] < 1200
 
 
 @pytest.mark.parametrize(
@@ -53,6 +65,8 @@ def test_sheets_grow_with_their_frames(make_shards, images, frames):
         ({"cameras": ("CAM_BACK",)}, "no camera 'CAM_BACK'; it has CAM_FRONT"),
         ({"frames": 0}, "frames: 0 is not between 1 and 60"),
         ({"frames": 61}, "frames: 61 is not between 1 and 60"),
+        ({"subjects": ("target",)}, "view 'target' is unknown: choose from targets, footprints"),
+        ({"subjects": ("stretch",), "mask_set": "full-body"}, "set 'full-body' would be drawn twice"),
     ],
 )
 def test_unknown_names_and_numbers_out_of_range(make_shards, tmp_path, arguments, message):
@@ -101,3 +115,48 @@ def test_a_shard_without_a_dataset_or_a_frame_is_named(make_shards, tmp_path):
         h5["CAM_FRONT"].create_dataset("sample_token", (0,), h5py.string_dtype())
     with pytest.raises(ShardError, match=r"scene-0001\.h5: camera CAM_FRONT has no frame"):
         preview(out, tmp_path / "pictures")
+
+
+def test_each_view_and_set_has_a_file_of_its_own(make_shards, add_masks, tmp_path):
+    out = make_shards()
+    for name in ("surface", "full-body", "dlt"):
+        add_masks(out / "scene-0001.h5", name)
+    subjects = ("masks", "targets", "stretch", "masks")
+    written = preview(out, tmp_path, subjects=subjects, scenes=("scene-0001",))
+    other = preview(out, tmp_path, subjects=("footprints",), mask_set="dlt", scenes=("scene-0001",))
+
+    endings = ("_masks_surface", "", "_stretch_surface", "_footprints_dlt")
+    assert written + other == tuple(tmp_path / f"scene-0001_CAM_FRONT{ending}.png" for ending in endings)
+    assert len({path.read_bytes() for path in written + other}) == 4
+
+
+@pytest.mark.parametrize(
+    ("subject", "mask_set", "command"),
+    [
+        ("footprints", "surface", "render-footprints {out} --method warp --homography surface"),
+        ("masks", "dlt-project", "render-footprints {out} --method project --homography dlt"),
+        ("stretch", "surface", "render-footprints {out} --method full-body"),
+        ("masks", "mine", "render-footprints {out} --name mine"),
+    ],
+)
+def test_an_absent_set_is_an_error_that_names_the_command(make_shards, tmp_path, subject, mask_set, command):
+    out = make_shards()
+    with pytest.raises(ShardError) as failure:
+        preview(out, tmp_path / "pictures", subjects=(subject,), mask_set=mask_set)
+
+    text = str(failure.value)
+    assert "scene-0001.h5: CAM_FRONT has no footprints" in text
+    assert text.endswith(f"(it has none); run `ogmkit {command.format(out=out)}`")
+
+
+def test_an_absent_homography_is_an_error_that_names_the_command(make_shards, add_masks, tmp_path):
+    out = make_shards()
+    add_masks(out / "scene-0001.h5", "surface")
+    add_masks(out / "scene-0001.h5", "mine", homography="plane")
+    with h5py.File(out / "scene-0001.h5", "r+") as h5:
+        del h5["CAM_FRONT/homography/plane"]
+
+    with pytest.raises(ShardError) as failure:
+        preview(out, tmp_path, subjects=("masks",), mask_set="mine")
+    message = f"no homography 'plane' (it has surface); run `ogmkit homography-fit {out} --method plane`"
+    assert message in str(failure.value)

@@ -1,0 +1,139 @@
+"""What homography methods are worth: errors of left-out boxes by range, as a picture."""
+
+import math
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from ogmkit.homography.leave_out import RangeSummary
+from ogmkit.pictures.canvas import MUTED, ORANGE, OUTLINE, PANEL, SKY_BLUE, TEXT, Canvas, shortened
+from ogmkit.pipeline.homography_fit import HomographySummary
+from ogmkit.pipeline.homography_summary import MethodSummary
+from ogmkit.typing import UInt8Array
+
+MEDIAN_COLOUR = ORANGE
+P90_COLOUR = SKY_BLUE
+DOT_RADIUS = 7.0
+
+_MARGIN, _TOP, _BOTTOM = 40, 222, 96
+_NAMES, _PLOT, _REFUSED, _GAP = 184, 420, 104, 32
+_ROW = 68
+_PAD = 68  # at either end of an axis: a number beside the outermost dot
+_TITLE_SIZE, _TEXT_SIZE, _SMALL_SIZE = 40, 22, 18
+_TICKS_M = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
+
+
+class Axis:
+    """A logarithmic axis of metres, `_PLOT` pixels long.
+
+    Args:
+        values_m: what it must hold; zero, infinite and missing ones don't count.
+
+    Attributes:
+        ticks_m: round values in order, at least two; all values lie between the first and the last, as far
+            as a centimetre and a kilometre.
+    """
+
+    def __init__(self, values_m: Iterable[float]) -> None:
+        known = [value for value in values_m if 0 < value < math.inf] or [1.0]
+        below = [place for place, tick in enumerate(_TICKS_M[:-1]) if tick <= min(known)]
+        above = [place for place, tick in enumerate(_TICKS_M) if tick > max(known)]
+        first = below[-1] if below else 0
+        last = above[0] if above else len(_TICKS_M) - 1
+        self.ticks_m = _TICKS_M[first : last + 1]
+
+    def pixel(self, value_m: float) -> int:
+        """Pixels from the left end of the axis; what lies beyond its ticks is drawn at the outermost."""
+        first, last = self.ticks_m[0], self.ticks_m[-1]
+        share = math.log(min(max(value_m, first), last) / first) / math.log(last / first)
+        return round(_PAD + share * (_PLOT - 2 * _PAD))
+
+
+def draw(summary: HomographySummary) -> UInt8Array:
+    """Draw median and 90th percentile of left-out boxes' errors: a row a method, a column a range.
+
+    Args:
+        summary: what `ogmkit.pipeline.homography_fit.fit_shards` found.
+
+    Returns:
+        (h, w, 3) uint8 RGB.
+    """
+    columns = tuple(zip(*(method.ranges for method in summary.methods), strict=True))
+    axis = Axis(value for column in columns for one in column for value in (one.median_m, one.p90_m))
+    bottom = _TOP + _ROW * len(summary.methods)
+    width = 2 * _MARGIN + _NAMES + len(columns) * (_PLOT + _REFUSED + _GAP) - _GAP
+    canvas = Canvas(bottom + _BOTTOM, width)
+    _draw_heading(canvas, summary)
+    for row, method in enumerate(summary.methods):
+        _draw_name(canvas, method, _TOP + row * _ROW)
+    for place, column in enumerate(columns):
+        _draw_column(canvas, column, axis, _MARGIN + _NAMES + place * (_PLOT + _REFUSED + _GAP))
+    _draw_legend(canvas, bottom + _BOTTOM - 24)
+    return canvas.pixels
+
+
+def _draw_heading(canvas: Canvas, summary: HomographySummary) -> None:
+    canvas.text("Left-out vehicles", _MARGIN, _MARGIN + 32, _TITLE_SIZE)
+    frames, shards = summary.methods[0].frames, summary.shards
+    note = (
+        "error on the plane of a vehicle's ground corners, mapped by the homography fitted without it · "
+        f"{frames} frames in {shards} shard{'s' if shards > 1 else ''}"
+    )
+    canvas.text(note, _MARGIN, _MARGIN + 72, _TEXT_SIZE, MUTED)
+
+
+def _draw_name(canvas: Canvas, method: MethodSummary, top: int) -> None:
+    name = shortened(method.method, _TEXT_SIZE, _NAMES)
+    canvas.text(name, _MARGIN, top + _ROW // 2 - 2, _TEXT_SIZE)
+    frames = f"{method.valid} of {method.frames} frames"
+    canvas.text(frames, _MARGIN, top + _ROW // 2 + 21, _SMALL_SIZE, MUTED)
+
+
+def _draw_column(canvas: Canvas, ranges: Sequence[RangeSummary], axis: Axis, left: int) -> None:
+    """Draw one range: an axis, and for each method its two dots and the share refused."""
+    height = _ROW * len(ranges)
+    shown = ranges[0]
+    taken = canvas.text(f"{shown.from_m:g} to {shown.to_m:g} m", left, _TOP - 52, _TEXT_SIZE)
+    boxes = f"{shown.boxes} vehicle{'' if shown.boxes == 1 else 's'}"
+    canvas.text(boxes, left + taken + 12, _TOP - 52, _TEXT_SIZE, MUTED)
+    canvas.text("refused", left + _PLOT + _REFUSED, _TOP - 14, _SMALL_SIZE, MUTED, "right")
+    canvas.fill(left, _TOP, _PLOT, height, PANEL)
+    for tick in axis.ticks_m:
+        x = left + axis.pixel(tick)
+        canvas.fill(x, _TOP, 1, height, OUTLINE)
+        unit = " m" if tick == axis.ticks_m[-1] else ""
+        canvas.text(f"{tick:g}{unit}", x, _TOP - 14, _SMALL_SIZE, MUTED, "centre")
+    for row, one in enumerate(ranges):
+        _draw_errors(canvas, one, axis, left, _TOP + row * _ROW + _ROW // 2)
+
+
+def _draw_errors(canvas: Canvas, errors: RangeSummary, axis: Axis, left: int, y: int) -> None:
+    """Draw one method's dots in one range, joined, with their numbers outside; then the share refused."""
+    baseline = y + 8
+    if errors.boxes:
+        refused = f"{100 * errors.refused_share:.1f} %"
+        canvas.text(refused, left + _PLOT + _REFUSED, baseline, _TEXT_SIZE, MUTED, "right")
+    if math.isnan(errors.median_m):
+        canvas.text("none measured", left + _PLOT // 2, baseline, _TEXT_SIZE, MUTED, "centre")
+        return
+    median, p90 = (left + axis.pixel(value) for value in (errors.median_m, errors.p90_m))
+    canvas.polyline(np.array([[median, y], [p90, y]], dtype=float), MUTED, 3)
+    canvas.dots(np.array([[p90, y]], dtype=float), P90_COLOUR, DOT_RADIUS, PANEL)
+    canvas.dots(np.array([[median, y]], dtype=float), MEDIAN_COLOUR, DOT_RADIUS, PANEL)
+    canvas.text(_metres(errors.median_m), median - 14, baseline, _TEXT_SIZE, TEXT, "right")
+    canvas.text(_metres(errors.p90_m), p90 + 14, baseline, _TEXT_SIZE, TEXT)
+
+
+def _draw_legend(canvas: Canvas, baseline: int) -> None:
+    x = _MARGIN + _NAMES
+    for label, colour in (("median", MEDIAN_COLOUR), ("90th percentile", P90_COLOUR)):
+        canvas.dots(np.array([[x + DOT_RADIUS, baseline - 7.0]]), colour, DOT_RADIUS)
+        x += 26
+        x += canvas.text(label, x, baseline, _TEXT_SIZE, MUTED) + 28
+    canvas.text("metres, on a logarithmic scale", x, baseline, _TEXT_SIZE, MUTED)
+
+
+def _metres(value: float) -> str:
+    """About three significant digits; `inf` where a corner lies above the horizon."""
+    decimals = 3 if value < 0.0995 else 2 if value < 9.995 else 1
+    return f"{value:.{decimals}f}"

@@ -1,0 +1,157 @@
+"""Sets of camera-view masks: read frame by frame, and laid on the plane again."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ogmkit.errors import ShardError
+from ogmkit.footprints.warp import warp_to_bev
+from ogmkit.geometry.camera import image_from_resized
+from ogmkit.homography.methods import METHODS
+from ogmkit.shards import schema
+from ogmkit.shards.additions import added_values
+from ogmkit.shards.reader import REMEDY, Shard
+from ogmkit.typing import FloatArray, UInt8Array
+
+DEFAULT_SET = "surface"
+FULL_BODY = "full-body"
+
+_PROJECTED = "-project"
+
+
+@dataclass(frozen=True, eq=False)
+class Masks:
+    """One frame of a set.
+
+    Attributes:
+        drivable: (height, width) uint8 0/1; 0 where the frame's masks were not made.
+        vehicles: as `drivable`.
+        bev_from_mask: (3, 3) pixels of these masks to cells; None where that can't be.
+        reason: why it can't; else empty.
+    """
+
+    drivable: UInt8Array
+    vehicles: UInt8Array
+    bev_from_mask: FloatArray | None
+    reason: str
+
+    def rewarped(self, shape: tuple[int, int]) -> tuple[UInt8Array, UInt8Array] | None:
+        """Drivable area and vehicles laid on a grid of (rows, columns); None without a homography."""
+        matrix = self.bev_from_mask
+        if matrix is None:
+            return None
+        return warp_to_bev(self.drivable, matrix, shape), warp_to_bev(self.vehicles, matrix, shape)
+
+
+@dataclass(frozen=True, eq=False)
+class MaskSet:
+    """A set in an open shard, with the homography that takes it to the grid.
+
+    Attributes:
+        shard: the open shard.
+        camera: channel.
+        name: of the set.
+        method: how it was made.
+        scale: image size / mask size.
+        homography: the source's name.
+    """
+
+    shard: Shard
+    camera: str
+    name: str
+    method: str
+    scale: float
+    homography: str
+
+    def read(self, index: int) -> Masks:
+        """Read one frame.
+
+        Args:
+            index: the frame's place among the camera's.
+
+        Raises:
+            ShardError: set or homography lack something, or a valid homography has no inverse.
+            OSError: a part of the shard is damaged.
+        """
+        drivable, vehicles = (
+            self._row(f"footprints/{self.name}/{kind}", index) for kind in ("drivable", "vehicles")
+        )
+        if drivable.ndim != 2 or drivable.shape != vehicles.shape:
+            raise ShardError(
+                f"{self.shard.path}: {self.camera}/footprints/{self.name}: shapes {drivable.shape} and "
+                f"{vehicles.shape} are not those of masks; {REMEDY}"
+            )
+        reason = self._why_not(index)
+        if reason:
+            return Masks(drivable, vehicles, None, reason)
+        bev_from_image = self._row(f"homography/{self.homography}/bev_from_image", index)
+        if not (np.isfinite(bev_from_image).all() and np.linalg.det(bev_from_image)):
+            raise ShardError(
+                f"{self.shard.path}: {self.camera}/homography/{self.homography}: frame {index} is called "
+                f"valid but has no inverse; {REMEDY}"
+            )
+        height, width = self._row("image_size", index).tolist()
+        bev_from_mask = bev_from_image @ image_from_resized((height, width), drivable.shape)
+        return Masks(drivable, vehicles, bev_from_mask, "")
+
+    def _why_not(self, index: int) -> str:
+        """Why a frame's masks can't go to the grid; empty if they can."""
+        if not self._row(f"homography/{self.homography}/valid", index):
+            rows = slice(index, index + 1)
+            reason = self.shard.strings(self.camera, f"homography/{self.homography}/reason", rows)[0]
+            return f"no valid homography: {reason}"
+        if not self._row(f"footprints/{self.name}/valid", index):
+            return "no masks, though there is a homography"
+        return ""
+
+    def _row(self, name: str, index: int) -> Any:  # noqa: ANN401  # arrays and scalars of several dtypes
+        return self.shard.dataset(self.camera, name)[index]
+
+
+def open_sets(shard: Shard, camera: str, names: Sequence[str]) -> tuple[MaskSet, ...]:
+    """Find sets in a shard, all to be laid on the grid by the last one's homography.
+
+    Args:
+        shard: an open shard.
+        camera: channel.
+        names: of the sets; the last may have been made without homography, then it is the default one.
+
+    Raises:
+        ShardError: a set or the homography is absent; the text names the command that makes it.
+    """
+    found = [_values(shard, camera, name) for name in names]
+    homography = found[-1]["homography"] or DEFAULT_SET
+    known = shard.added(camera, schema.HOMOGRAPHY.name)
+    if homography not in known:
+        raise ShardError(
+            f"{shard.path}: {camera} has no homography {homography!r} (it has {', '.join(known) or 'none'}); "
+            f"run `ogmkit homography-fit {shard.path.parent} --method {homography}`"
+        )
+    return tuple(
+        MaskSet(shard, camera, name, values["method"], values["scale"], homography)
+        for name, values in zip(names, found, strict=True)
+    )
+
+
+def _values(shard: Shard, camera: str, name: str) -> dict[str, Any]:
+    """A set's attributes."""
+    values = added_values(shard, camera, schema.FOOTPRINTS, name)
+    if values is None:
+        known = ", ".join(shard.added(camera, schema.FOOTPRINTS.name)) or "none"
+        raise ShardError(
+            f"{shard.path}: {camera} has no footprints {name!r} (it has {known}); "
+            f"run `ogmkit render-footprints {shard.path.parent} {_options(name)}`"
+        )
+    return values
+
+
+def _options(name: str) -> str:
+    """The options of `ogmkit render-footprints` that make a set of this name."""
+    if name == FULL_BODY:
+        return "--method full-body"
+    source = name.removesuffix(_PROJECTED)
+    if source not in METHODS:
+        return f"--name {name}"
+    return f"--method {'warp' if name == source else 'project'} --homography {source}"

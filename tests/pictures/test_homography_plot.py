@@ -1,0 +1,103 @@
+"""The plot of left-out errors: dots stand where their values are."""
+
+import math
+
+import numpy as np
+import pytest
+
+from ogmkit.homography.leave_out import LeftOutErrors
+from ogmkit.pictures.homography_plot import MEDIAN_COLOUR, P90_COLOUR, Axis, draw
+from ogmkit.pipeline.homography_fit import HomographySummary
+from ogmkit.pipeline.homography_summary import MethodResults, MethodSummary
+
+
+def method(name, error_m, range_m, refused=None):
+    """A method with these errors, in one frame."""
+    error_m = np.array(error_m, dtype=float)
+    refused = np.zeros(len(error_m), bool) if refused is None else np.array(refused)
+    errors = LeftOutErrors(np.ones(len(error_m), bool), refused, error_m, np.array(range_m, dtype=float))
+    one = np.ones(1)
+    return MethodSummary(name, MethodResults(one.astype(bool), ("",), one, one, errors))
+
+
+def summary(*methods):
+    return HomographySummary(methods, shards=1, kept=0, seconds=1.0)
+
+
+def dots(pixels, colour):
+    """Middle columns of the discs of a colour in each row of the table, legend left out."""
+    rows, columns = (pixels[222:-96] == colour).all(axis=2).nonzero()
+    return {int(row): columns[rows // 68 == row] for row in np.unique(rows // 68)}
+
+
+@pytest.mark.parametrize(
+    ("values", "ticks"),
+    [
+        ([0.7, 3.0], (0.5, 1, 2, 5)),
+        ([1.0, 5.0], (1, 2, 5, 10)),
+        ([1.0], (1, 2)),
+        ([], (1, 2)),
+        ([math.nan, math.inf, 0.0], (1, 2)),
+        ([math.nan, 0.3, math.inf], (0.2, 0.5)),
+    ],
+)
+def test_ticks_are_round_and_enclose_the_values(values, ticks):
+    assert Axis(values).ticks_m == ticks
+
+
+def test_ticks_end_at_a_centimetre_and_a_kilometre():
+    ticks = Axis([1e-9, 1e9]).ticks_m
+
+    assert (ticks[0], ticks[-1]) == (0.01, 1000)
+
+
+def test_the_axis_is_logarithmic_and_beyond_its_ends_values_stop():
+    axis = Axis([1.0, 99.0])
+
+    assert axis.ticks_m == (1, 2, 5, 10, 20, 50, 100)
+    assert axis.pixel(10) == pytest.approx((axis.pixel(1) + axis.pixel(100)) / 2, abs=1)
+    assert axis.pixel(0) == axis.pixel(1) < axis.pixel(2)
+    assert axis.pixel(math.inf) == axis.pixel(100)
+
+
+def test_dots_stand_at_median_and_90th_percentile():
+    # One box in each range: median and 90th percentile are the same, so the median's dot covers the other.
+    one = method("one", [1.0, 10.0, 50.0], [10, 30, 50])
+    pixels = draw(summary(one))
+    axis = Axis([1.0, 50.0])
+    medians = dots(pixels, MEDIAN_COLOUR)[0]
+
+    left = [40 + 184 + place * (420 + 104 + 32) for place in range(3)]
+    expected = [left[place] + axis.pixel(value) for place, value in enumerate((1.0, 10.0, 50.0))]
+    for x in expected:
+        nearby = medians[abs(medians - x) < 20]
+        assert nearby.mean() == pytest.approx(x, abs=0.5)
+    assert (abs(medians[:, None] - expected).min(axis=1) < 20).all()
+
+
+def test_the_90th_percentile_stands_to_the_right_of_the_median_in_its_row():
+    wide = method("wide", [1, 1, 1, 1, 40], [10] * 5)
+    narrow = method("narrow", [1, 1, 1, 1, 1.5], [10] * 5)
+    pixels = draw(summary(wide, narrow))
+    medians, p90s = dots(pixels, MEDIAN_COLOUR), dots(pixels, P90_COLOUR)
+
+    assert medians[0].mean() == pytest.approx(medians[1].mean(), abs=0.5)
+    assert p90s[0].mean() > p90s[1].mean() + 40 > medians[1].mean()
+
+
+def test_methods_without_an_answer_have_no_dots_and_infinite_ones_stop_at_the_end():
+    refused = method("refused", [math.nan] * 3, [10, 30, 50], [True] * 3)
+    horizon = method("horizon", [2.0, 2.0, math.inf], [10, 30, 50])
+    pixels = draw(summary(refused, horizon))
+    medians = dots(pixels, MEDIAN_COLOUR)
+
+    assert sorted(medians) == [1]
+    end = 40 + 184 + 2 * (420 + 104 + 32) + Axis([2.0]).pixel(math.inf)
+    assert medians[1].max() == pytest.approx(end + 7, abs=1.5)
+
+
+def test_the_picture_grows_with_its_methods():
+    one = method("one", [1.0], [10])
+    heights = [draw(summary(*[one] * count)).shape[0] for count in (1, 2, 6)]
+
+    assert heights == [heights[0], heights[0] + 68, heights[0] + 5 * 68]
