@@ -42,11 +42,14 @@ install: $(VENV)/.installed
 demo: $(VENV)/.installed
 	$(VENV)/bin/ogmkit check fixtures/nuscenes-synthetic
 	$(VENV)/bin/ogmkit extract fixtures/nuscenes-synthetic demo/shards --overwrite --workers 2
+	$(VENV)/bin/ogmkit homography-fit demo/shards --plot demo/homographies.png
+	$(VENV)/bin/ogmkit render-footprints demo/shards --scale 1
+	$(VENV)/bin/ogmkit render-footprints demo/shards --scale 1 --method full-body
 	$(VENV)/bin/ogmkit verify demo/shards
 	$(VENV)/bin/ogmkit inspect demo/shards
-	$(VENV)/bin/ogmkit preview demo/shards --out demo/pictures
+	$(VENV)/bin/ogmkit preview demo/shards --out demo/pictures --view targets --view footprints --view stretch
 	@echo
-	@echo "Look at demo/pictures (camera beside targets); the shards they come from are demo/shards/*.h5."
+	@echo "Look at demo/pictures and demo/homographies.png; the shards they come from are demo/shards/*.h5."
 
 test: $(VENV)/.installed-dev
 	$(VENV)/bin/ruff check .
@@ -64,6 +67,8 @@ conformance: $(DEVKIT)/.installed
 bench: $(VENV)/.installed $(DEVKIT)/.installed
 	@$(DEVKIT)/bin/python benchmarks/drivable.py
 	@$(VENV)/bin/python benchmarks/frame.py
+	@$(VENV)/bin/python benchmarks/homographies.py
+	@$(VENV)/bin/python benchmarks/footprints.py
 	@$(VENV)/bin/python benchmarks/workers.py
 	@$(VENV)/bin/python benchmarks/tables.py
 	@$(VENV)/bin/python benchmarks/startup.py
