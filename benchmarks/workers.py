@@ -26,7 +26,7 @@ def main():
         extract = ["extract", str(root), str(out), *chosen, "--cache-dir", str(cache)]
         compare(extract, before=lambda: shutil.rmtree(out, ignore_errors=True))
         compare(["homography-fit", str(out), "--overwrite"])
-        compare(["render-footprints", str(out), "--overwrite", "--scale", "0.25"])
+        compare(["render-footprints", str(out), "--overwrite", "--scale", "0.2"])
 
 
 def compare(arguments, before=lambda: None):

@@ -22,6 +22,7 @@ from .options import (
     workers_option,
 )
 from .progress import progress
+from .text import one_line
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -123,7 +124,7 @@ def command(
             )
     _show(_summary_lines(summary))
     for failure in summary.failures:
-        click.echo(f"ogmkit: {failure.scene} failed: {failure.error}", err=True)
+        click.echo(f"ogmkit: {one_line(f'{failure.scene} failed: {failure.error}')}", err=True)
     if summary.failures:
         raise click.exceptions.Exit(1)
 
@@ -138,8 +139,10 @@ def _show(rows: Iterator[tuple[str, str]]) -> None:
 def _plan_lines(scenes: Sequence[ScenePlan]) -> Iterator[tuple[str, str]]:
     for scene in scenes:
         yield (
-            scene.scene,
-            f"{scene.action:<8}{scene.frames:>6} frames" if scene.error is None else str(scene.error),
+            one_line(scene.scene),
+            f"{scene.action:<8}{scene.frames:>6} frames"
+            if scene.error is None
+            else one_line(str(scene.error)),
         )
     writing = [scene for scene in scenes if scene.action in ("write", "replace")]
     frames = sum(scene.frames for scene in writing)

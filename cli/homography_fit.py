@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,13 +16,17 @@ from .options import (
     workers_option,
 )
 from .progress import progress
-from .text import text_table
+from .text import text_table, with_number
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from ogmkit.homography.leave_out import RangeSummary
     from ogmkit.pipeline.homography_fit import HomographySummary
     from ogmkit.pipeline.homography_summary import MethodSummary
+
+_REASONS = 5
+"""Shown for each method; the rest is only counted."""
 
 
 @click.command()
@@ -93,6 +98,10 @@ def command(
     from ogmkit.homography.settings import FitSettings
     from ogmkit.pipeline.homography_fit import fit_shards
 
+    if plot is not None:
+        from ogmkit.pictures.png import require_outside
+
+        require_outside(plot, out)
     settings = FitSettings(min_points, min_spread_m, max_distance_m, categories, min_visibility)
     with progress(None, "shards", "homography-fit") as advance:
         summary = fit_shards(
@@ -116,37 +125,54 @@ def command(
 def _lines(summary: HomographySummary) -> Iterator[str]:
     frames = summary.methods[0].frames
     yield (
-        f"{frames} frames in {summary.shards} shards ({summary.kept} had it all before), "
-        f"{summary.seconds:.1f} s"
+        f"{with_number(frames, 'frame')} in {with_number(summary.shards, 'shard')} "
+        f"({summary.kept} had it all before), {summary.seconds:.1f} s"
     )
     yield ""
     header = ("method", "valid", "residual px", "residual cells")
     yield text_table(header, [_residuals(method) for method in summary.methods])
     yield ""
     yield "Left-out boxes by distance: median error / 90th percentile in metres / share refused"
-    yield text_table(
-        (
-            "method",
-            *(f"{r.from_m:.0f} to {r.to_m:.0f} m: {r.boxes} boxes" for r in summary.methods[0].ranges),
-        ),
-        [_errors(method) for method in summary.methods],
-    )
+    ranges = map(_range, summary.methods[0].ranges)
+    yield text_table(("method", *ranges), [_errors(method) for method in summary.methods])
     for method in summary.methods:
-        for reason, count in method.reasons:
-            yield f"{method.method}: no homography in {count} frames: {reason}"
+        yield from _refusals(method)
+
+
+def _refusals(method: MethodSummary) -> Iterator[str]:
+    """Why frames have no homography; reasons that carry a figure of the frame's own may be many."""
+    for reason, count in method.reasons[:_REASONS]:
+        yield f"{method.method}: no homography in {with_number(count, 'frame')}: {reason}"
+    more = [count for _, count in method.reasons[_REASONS:]]
+    if more:
+        frames, reasons = with_number(sum(more), "frame"), with_number(len(more), "other reason")
+        yield f"{method.method}: no homography in {frames}: {reasons}, each in the shard"
 
 
 def _residuals(method: MethodSummary) -> tuple[str, ...]:
     return (
         method.method,
         f"{method.valid} of {method.frames}",
-        f"{method.median_rms_px:11.2f}",
-        f"{method.median_rms_cells:14.1f}",
+        f"{_figure(method.median_rms_px, '.2f'):>11}",
+        f"{_figure(method.median_rms_cells, '.1f'):>14}",
     )
+
+
+def _range(found: RangeSummary) -> str:
+    return f"{found.from_m:.0f} to {found.to_m:.0f} m: {with_number(found.boxes, 'box')}"
 
 
 def _errors(method: MethodSummary) -> tuple[str, ...]:
     return (
         method.method,
-        *(f"{r.median_m:5.2f} / {r.p90_m:5.2f} / {r.refused_share:5.1%}" for r in method.ranges),
+        *(
+            f"{_figure(r.median_m, '.2f'):>5} / {_figure(r.p90_m, '.2f'):>5} / "
+            f"{_figure(r.refused_share, '.1%'):>5}"
+            for r in method.ranges
+        ),
     )
+
+
+def _figure(value: float, form: str) -> str:
+    """A dash where nothing was measured."""
+    return "–" if math.isnan(value) else format(value, form)

@@ -8,6 +8,8 @@ import click
 from ogmkit import __version__
 from ogmkit.errors import OgmkitError
 
+from .text import one_line
+
 COMMANDS = {
     "synthesize": "Make a nuScenes-style dataset out of nothing.",
     "check": "Check a dataset against numbered rules.",
@@ -26,7 +28,7 @@ class Failure(click.ClickException):
 
     def show(self, file: object = None) -> None:
         """Write the line to stderr, whatever stream Click offers."""
-        click.echo(f"ogmkit: {_one_line(self.message)}", err=True)
+        click.echo(f"ogmkit: {one_line(self.message)}", err=True)
 
 
 class Interrupted(Failure):
@@ -80,12 +82,3 @@ def main() -> None:
 
     `ogmkit COMMAND --help` describes a command.
     """
-
-
-def _one_line(text: str) -> str:
-    """Text without line breaks or control characters: names in datasets may hold anything."""
-    shown = (
-        character if character.isprintable() else " " if character.isspace() else ascii(character)[1:-1]
-        for character in text
-    )
-    return "".join(shown)

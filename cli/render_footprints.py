@@ -9,6 +9,7 @@ import click
 
 from .options import cameras_option, shards_argument, workers_option
 from .progress import progress
+from .text import with_number
 
 if TYPE_CHECKING:
     from ogmkit.footprints.settings import Method
@@ -72,8 +73,9 @@ def command(
             on_progress=advance,
         )
     click.echo(
-        f"{summary.name}: {summary.frames} frames in {summary.shards} shards ({summary.kept} had it all "
-        f"before), {summary.seconds:.1f} s"
+        f"{summary.name}: {with_number(summary.frames, 'frame')} in {with_number(summary.shards, 'shard')} "
+        f"({summary.kept} had it all before), {summary.seconds:.1f} s"
     )
     if summary.invalid:
-        click.echo(f"{summary.name}: {summary.invalid} frames have no valid homography: left empty")
+        frames = with_number(summary.invalid, "frame")
+        click.echo(f"{summary.name}: no valid homography in {frames}: left empty")

@@ -1,4 +1,4 @@
-"""Plain-text tables for terminals."""
+"""Text for terminals: tables, counts, messages of one line."""
 
 from collections.abc import Sequence
 
@@ -18,6 +18,21 @@ def text_table(header: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
         ).rstrip()
         for line in lines
     )
+
+
+def with_number(count: int, noun: str) -> str:
+    """`1 box`, `2 boxes`."""
+    ending = "" if count == 1 else "es" if noun.endswith("x") else "s"
+    return f"{count:,} {noun}{ending}"
+
+
+def one_line(text: str) -> str:
+    """Text without line breaks or control characters: names in datasets may hold anything."""
+    shown = (
+        character if character.isprintable() else " " if character.isspace() else ascii(character)[1:-1]
+        for character in text
+    )
+    return "".join(shown)
 
 
 def _shown(value: object) -> str:

@@ -1,6 +1,5 @@
 """The bird's-eye-view grid: the one home of the cell convention (DESIGN §1)."""
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +8,8 @@ from ogmkit.errors import SettingsError
 from ogmkit.typing import FloatArray
 
 _MAX_CELLS = 1 << 28
+_CELL_LIMITS_M = (1e-6, 1e6)
+_MAX_EGO_CELLS = 1e9
 
 
 @dataclass(frozen=True)
@@ -20,7 +21,8 @@ class GridSpec:
     1000 × 550 at 0.1 m with the ego at (1000, 300).
 
     Raises:
-        SettingsError: a size is not positive, a number is not finite, or the grid has over 2^28 cells.
+        SettingsError: a cell is not of 1e-6 to 1e6 m, the grid not of 1 to 2^28 cells, or the ego over 1e9
+            cells away.
     """
 
     m_per_cell: float = 0.1
@@ -30,14 +32,18 @@ class GridSpec:
     ego_column: float = 300.0
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.m_per_cell) and self.m_per_cell > 0):
-            raise SettingsError(f"grid: cell size {self.m_per_cell} m is not a positive number")
+        smallest, largest = _CELL_LIMITS_M
+        if not smallest <= self.m_per_cell <= largest:
+            raise SettingsError(
+                f"grid: cell size {self.m_per_cell} m is not between {smallest:g} and {largest:g}"
+            )
         if self.rows < 1 or self.columns < 1 or self.rows * self.columns > _MAX_CELLS:
             raise SettingsError(
                 f"grid: {self.rows} rows × {self.columns} columns is not between 1 and 2^28 cells"
             )
-        if not (math.isfinite(self.ego_row) and math.isfinite(self.ego_column)):
-            raise SettingsError(f"grid: ego position ({self.ego_row}, {self.ego_column}) is not finite")
+        if not (abs(self.ego_row) <= _MAX_EGO_CELLS and abs(self.ego_column) <= _MAX_EGO_CELLS):
+            position = f"({self.ego_row}, {self.ego_column})"
+            raise SettingsError(f"grid: ego position {position} is not within {_MAX_EGO_CELLS:g} cells")
 
     @property
     def shape(self) -> tuple[int, int]:

@@ -62,11 +62,14 @@ def test_the_ranges_are_the_outer_edges_of_the_outer_cells(grid):
         {"m_per_cell": -0.1},
         {"m_per_cell": float("nan")},
         {"m_per_cell": float("inf")},
+        {"m_per_cell": 1e-320},  # its inverse is infinite
+        {"m_per_cell": 1e300},
         {"rows": 0},
         {"columns": -1},
         {"rows": 1 << 15, "columns": 1 << 14},
         {"ego_row": float("nan")},
         {"ego_column": float("inf")},
+        {"ego_row": -1e300},
     ],
 )
 def test_impossible_grids_are_refused(wrong):

@@ -36,7 +36,7 @@ class FitSettings:
             raise SettingsError(f"min_points: a homography needs at least 4 corners, not {self.min_points}")
         if not (math.isfinite(self.min_spread_m) and self.min_spread_m >= 0):
             raise SettingsError(f"min_spread_m: {self.min_spread_m} m is not a length")
-        if not self.max_distance_m > 0:
+        if not (math.isfinite(self.max_distance_m) and self.max_distance_m > 0):
             raise SettingsError(f"max_distance_m: {self.max_distance_m} m is not a positive distance")
         if not self.categories:
             raise SettingsError("categories: name at least one prefix, such as vehicle.")

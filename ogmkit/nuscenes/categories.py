@@ -1,6 +1,7 @@
 """Categories are chosen by the beginning of their names (DESIGN §3)."""
 
 from collections.abc import Sequence
+from pathlib import Path
 
 from ogmkit.errors import SettingsError
 from ogmkit.nuscenes.names import unknown
@@ -33,12 +34,13 @@ OFFICIAL = (
 """nuScenes' 23 object categories."""
 
 
-def require_known(wanted: Sequence[str], known: Sequence[str]) -> None:
+def require_known(wanted: Sequence[str], known: Sequence[str], root: Path) -> None:
     """Check that each beginning of a name stands for at least one category.
 
     Args:
         wanted: full names or their beginnings, such as `vehicle.`.
         known: a dataset's categories; nuScenes' own count as known too, as small datasets list only some.
+        root: the dataset's, for the message.
 
     Raises:
         SettingsError: nothing is wanted, or a beginning fits no category.
@@ -48,4 +50,4 @@ def require_known(wanted: Sequence[str], known: Sequence[str]) -> None:
     everything = tuple(dict.fromkeys((*known, *OFFICIAL)))
     for name in wanted:
         if not name or not any(category.startswith(name) for category in everything):
-            raise SettingsError(unknown("category", name, everything))
+            raise SettingsError(f"{root}: {unknown('category', name, everything)}")

@@ -14,7 +14,7 @@ from ogmkit.nuscenes.files import FILE_RULES, file_problems
 from ogmkit.nuscenes.paths import one_line
 from ogmkit.nuscenes.rules import Rule, find_violations
 from ogmkit.nuscenes.schema import EDGE_TABLES, TABLES
-from ogmkit.nuscenes.splits import find_splits
+from ogmkit.nuscenes.splits import SPLITS_FILE, read_split_file, require_present
 from ogmkit.nuscenes.tables import Tables, find_version
 from ogmkit.nuscenes.uses import prepare
 
@@ -79,6 +79,7 @@ def check_dataset(
         if any(finding.severity == "error" for finding in findings):
             return tuple(findings)
         prepare(tables)
+        findings += _scene_findings(tables)
         for rule in find_violations(tables):
             findings += _broken(tables, rule)
         findings += _split_findings(tables, dataset_root)
@@ -101,6 +102,12 @@ def _load(tables: Tables) -> Iterator[Finding]:
             yield Finding("R101", severity, title, remedy, len(lines), tuple(lines))
 
 
+def _scene_findings(tables: Tables) -> Iterator[Finding]:
+    if not tables.rows("SELECT 1 FROM scene WHERE name IS NOT NULL LIMIT 1"):
+        title, remedy = "there is no scene", "extract the metadata archive again"
+        yield Finding("R102", "error", title, remedy, 1, ("scene.json: no record has a name",))
+
+
 def _broken(tables: Tables, rule: Rule) -> Iterator[Finding]:
     for used, count in tables.rows(_COUNTS, [rule.id]):
         examples = tuple(
@@ -112,8 +119,11 @@ def _broken(tables: Tables, rule: Rule) -> Iterator[Finding]:
 
 def _split_findings(tables: Tables, root: Path) -> Iterator[Finding]:
     names = [name for (name,) in tables.rows("SELECT name FROM scene WHERE name IS NOT NULL ORDER BY name")]
+    path = root / SPLITS_FILE
+    if not path.exists():
+        return
     try:
-        find_splits(root, names)
+        require_present(path, read_split_file(path), names)
     except TableError as error:
         yield Finding("R606", "warning", "splits.json is unsound", "correct it", 1, (one_line(str(error)),))
 

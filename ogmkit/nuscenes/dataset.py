@@ -16,6 +16,9 @@ from ogmkit.nuscenes.schema import EDGE_TABLES
 from ogmkit.nuscenes.tables import Tables, find_version
 from ogmkit.nuscenes.uses import LIDAR, prepare
 
+_REMEDY = "extract the metadata archive again, or leave the scene out"
+_NAME = "coalesce(name, token)"
+
 
 class Dataset:
     """A dataset folder, opened for reading; use it in a `with` block.
@@ -59,12 +62,15 @@ class Dataset:
         self._tables.close()
 
     def scene_names(self) -> tuple[str, ...]:
-        """Names of all scenes, sorted."""
-        return self._names("SELECT DISTINCT name FROM scene WHERE name IS NOT NULL ORDER BY name")
+        """Names of all scenes, sorted; a scene whose name is missing, so that it is unsound, by its token."""
+        return self._names(f"SELECT DISTINCT {_NAME} FROM scene WHERE {_NAME} IS NOT NULL ORDER BY 1")
 
     def channels(self) -> tuple[str, ...]:
         """Channel names of all cameras, sorted."""
-        return self._names("SELECT DISTINCT channel FROM sensor WHERE modality = 'camera' ORDER BY channel")
+        return self._names(
+            "SELECT DISTINCT channel FROM sensor WHERE modality = 'camera' AND channel IS NOT NULL "
+            "ORDER BY channel"
+        )
 
     def categories(self) -> tuple[str, ...]:
         """Names of all object categories that the dataset lists, sorted."""
@@ -106,8 +112,7 @@ class Dataset:
             TableError: see `splits`.
             SettingsError: there is no such split, or none of its scenes is here.
         """
-        official = split_file is None and not (self.root / split_lists.SPLITS_FILE).exists()
-        return split_lists.choose(self.splits(split_file), name, official=official)
+        return split_lists.find_split(self.root, self.scene_names(), name, split_file)
 
     def scene(self, name: str, cameras: Sequence[str], *, lidar: bool = False) -> SceneRecord:
         """One scene's frames by camera, in temporal order.
@@ -121,13 +126,15 @@ class Dataset:
             SettingsError: there is no such scene or camera.
             TableError: a record that these frames use breaks a rule.
         """
-        found = self._tables.rows("SELECT token FROM scene WHERE name = ?", [name])
+        found = self._tables.rows(f"SELECT token FROM scene WHERE {_NAME} = ?", [name])
         if not found:
             raise SettingsError(f"{self.root}: {unknown('scene', name, self.scene_names())}")
         for camera in cameras:
             if camera not in self.channels():
                 raise SettingsError(f"{self.root}: {unknown('camera', camera, self.channels())}")
         token = found[0][0]
+        if token is None:
+            raise TableError(f"{self._tables.path('scene')}: scene {one_line(name)} has no token; {_REMEDY}")
         channels = (*cameras, LIDAR) if lidar else tuple(cameras)
         self._require_sound(token, name, channels)
         key = self._scene_key(token, name)
@@ -166,7 +173,7 @@ class Dataset:
             if channel not in recorded:
                 raise TableError(
                     f"{self._tables.path('sample_data')}: {name} has no key frame of {channel}; "
-                    f"there are: {', '.join(sorted(recorded))}"
+                    f"there are: {', '.join(sorted(recorded)) or 'none'}; {_REMEDY}"
                 )
 
     def _names(self, sql: str, *parameters: str) -> tuple[str, ...]:

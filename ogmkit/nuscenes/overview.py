@@ -1,11 +1,12 @@
 """What a dataset holds, counted: `ogmkit inspect`."""
 
+import os
 from collections import Counter, defaultdict
 from dataclasses import dataclass
 from pathlib import Path
 
 from ogmkit.errors import TableError
-from ogmkit.nuscenes.paths import file_size, resolve
+from ogmkit.nuscenes.paths import resolve
 from ogmkit.nuscenes.tables import Tables
 
 _SCENES = """
@@ -70,8 +71,8 @@ def scene_overviews(tables: Tables, root: Path) -> tuple[SceneOverview, ...]:
 
 
 def is_present(root: Path, filename: str | None) -> bool:
-    """Whether a file that a table names is there; a name that leaves the root is not."""
+    """Whether a file that a table names is there; one that leaves the root or can't be reached is not."""
     try:
-        return filename is not None and file_size(resolve(root, filename)) is not None
+        return filename is not None and os.path.exists(resolve(root, filename))
     except TableError:
         return False

@@ -1,10 +1,9 @@
 """Names that come out of tables: safe as paths under the root, safe as file names."""
 
-import os
 import re
 from pathlib import Path
 
-from ogmkit.errors import DataFileError, TableError
+from ogmkit.errors import TableError
 
 # Both patterns run in Python and in DuckDB (RE2): the rules look for them in whole tables.
 UNSAFE_PATH = r"^$|^/|\\|[\x00-\x1f\x7f]|^[A-Za-z]:|(^|/)\.\.(/|$)"
@@ -35,20 +34,6 @@ def resolve(dataroot: Path, filename: str) -> Path:
             "correct it in sample_data.json or map.json"
         )
     return dataroot / filename
-
-
-def file_size(path: Path) -> int | None:
-    """Size in bytes; None where there is no such file.
-
-    Raises:
-        DataFileError: the file system refuses to say.
-    """
-    try:
-        return os.stat(path).st_size
-    except (FileNotFoundError, NotADirectoryError):
-        return None
-    except OSError as error:
-        raise DataFileError(f"{path}: cannot be examined ({error.strerror}); check permissions") from error
 
 
 def one_line(text: str) -> str:

@@ -3,15 +3,23 @@
 from collections.abc import Sequence
 
 from ogmkit.nuscenes.schema import EDGE_TABLES, TABLES, Column, columns
-from ogmkit.nuscenes.uses import Query, unused, used
+from ogmkit.nuscenes.uses import Query, placed, unused, used
+
+# Annotations come to scenes by their samples: where none has one, every scene would silently lose its own.
+_NO_SAMPLES = placed(
+    "sample_annotation",
+    "SELECT 'number 1' AS record, 'sample_token leads to no key frame, nor does any other record''s' "
+    "AS detail, token AS scene, NULL::VARCHAR AS channel FROM scene WHERE EXISTS (FROM sample_annotation) "
+    "AND NOT EXISTS (FROM sample_annotation a JOIN sample s ON s.token = a.sample_token)",
+)
 
 
 def missing_values(complete: bool) -> tuple[Query, ...]:
     """NULLs: keys that are absent, null, or (after the strict reading) of the wrong type."""
     names = _names(complete)
     edge = (used(table, _nulls(table, columns(table, complete=False))) for table in names)
-    checked = ((table, _checked(table)) for table in names)
-    return (*edge, *(unused(table, _nulls(table, rest)) for table, rest in checked if complete and rest))
+    checked = ((table, _checked(table)) for table in names if complete)
+    return (*edge, *(unused(table, _nulls(table, rest)) for table, rest in checked if rest))
 
 
 def duplicate_tokens(complete: bool) -> tuple[Query, ...]:
@@ -28,12 +36,13 @@ def duplicate_tokens(complete: bool) -> tuple[Query, ...]:
 
 def dangling_references(complete: bool) -> tuple[Query, ...]:
     """Tokens that no record of the table referred to bears."""
-    return tuple(
+    dangling = tuple(
         (used if column.edge else unused)(table, _dangling(table, column))
         for table in _names(complete)
         for column in columns(table, complete=complete)
         if column.refers_to is not None
     )
+    return (*dangling, _NO_SAMPLES)
 
 
 def _names(complete: bool) -> tuple[str, ...]:

@@ -5,6 +5,8 @@ from ogmkit.nuscenes.uses import Query, unused, used
 
 _UNIT_TOLERANCE = 1e-3
 _MAX_IMAGE_SIDE_PX = 65_535
+_MAX_TRANSLATION_M = 1e8
+_MAX_BOX_SIDE_M = 1e4
 _POSED = ("ego_pose", "calibrated_sensor", "sample_annotation")
 
 
@@ -40,8 +42,8 @@ TRANSLATIONS = tuple(
     _unsound(
         table,
         "translation",
-        "isfinite(translation[1]) AND isfinite(translation[2]) AND isfinite(translation[3])",
-        "is not three finite numbers",
+        " AND ".join(f"abs(translation[{i}]) <= {_MAX_TRANSLATION_M}" for i in (1, 2, 3)),
+        f"is not three finite numbers within {_MAX_TRANSLATION_M:g} m",
     )
     for table in _POSED
 )
@@ -49,8 +51,8 @@ BOX_SIZES = (
     _unsound(
         "sample_annotation",
         "size",
-        " AND ".join(f"size[{i}] > 0 AND isfinite(size[{i}])" for i in (1, 2, 3)),
-        "is not three positive lengths",
+        " AND ".join(f"size[{i}] > 0 AND size[{i}] <= {_MAX_BOX_SIDE_M}" for i in (1, 2, 3)),
+        f"is not three positive lengths up to {_MAX_BOX_SIDE_M:g} m",
     ),
 )
 VISIBILITIES = (
@@ -75,13 +77,14 @@ _DETERMINANT = " + ".join(
     f"{_k(1, a)} * ({_k(2, b)} * {_k(3, c)} - {_k(2, c)} * {_k(3, b)})"
     for a, b, c in ((1, 2, 3), (2, 3, 1), (3, 1, 2))
 )
+_ROWS_OF_THREE = " AND ".join(f"len(t.camera_intrinsic[{row}]) = 3" for row in (1, 2, 3))
 INTRINSICS = (
     _of_cameras(
         "calibrated_sensor",
         "token",
         "'camera_intrinsic ' || t.camera_intrinsic::VARCHAR",
-        f"len(t.camera_intrinsic) = 3 AND abs({_DETERMINANT}) > 1e-9 AND isfinite({_DETERMINANT}) "
-        f"AND {_k(3, 1)} = 0 AND {_k(3, 2)} = 0 AND {_k(3, 3)} = 1",
+        f"len(t.camera_intrinsic) = 3 AND {_ROWS_OF_THREE} AND abs({_DETERMINANT}) > 1e-9 "
+        f"AND isfinite({_DETERMINANT}) AND {_k(3, 1)} = 0 AND {_k(3, 2)} = 0 AND {_k(3, 3)} = 1",
         "is no invertible 3×3 matrix with last row 0, 0, 1",
     ),
 )

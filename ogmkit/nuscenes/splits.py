@@ -71,7 +71,10 @@ def read_split_file(path: Path) -> dict[str, tuple[str, ...]]:
 def find_splits(
     root: Path, scene_names: Sequence[str], split_file: Path | None = None
 ) -> dict[str, tuple[str, ...]]:
-    """The splits that hold for a dataset; official lists are cut down to the scenes that are there.
+    """The splits that hold for a dataset.
+
+    The dataset's own and the official lists are cut down to the scenes that are there: a part of a dataset
+    may well have kept the whole one's file. A file that the user names must fit.
 
     Args:
         root: the dataset's root, which may hold `splits.json`.
@@ -82,39 +85,58 @@ def find_splits(
         Split → scene names. Of the official ones, those that have a scene in the dataset.
 
     Raises:
-        TableError: the split file is absent or malformed, or names a scene that the dataset lacks.
+        TableError: a split file is absent or malformed, or `split_file` names a scene that is not there.
     """
-    path = split_file if split_file is not None else root / SPLITS_FILE
-    present = set(scene_names)
-    if split_file is None and not path.exists():
-        cut = {split: tuple(s for s in scenes if s in present) for split, scenes in OFFICIAL.items()}
-        return {split: scenes for split, scenes in cut.items() if scenes}
-    found = read_split_file(path)
-    for split, scenes in found.items():
-        for scene in scenes:
-            if scene not in present:
-                raise TableError(f"{path}: split {split!r}: {unknown('scene', scene, scene_names)}")
-    return found
+    if split_file is not None:
+        found = read_split_file(split_file)
+        require_present(split_file, found, scene_names)
+        return found
+    own = root / SPLITS_FILE
+    if own.exists():
+        return _cut(read_split_file(own), scene_names)
+    return {split: scenes for split, scenes in _cut(OFFICIAL, scene_names).items() if scenes}
 
 
-def choose(splits: Mapping[str, tuple[str, ...]], split: str, *, official: bool) -> tuple[str, ...]:
-    """The scenes of one split.
+def find_split(
+    root: Path, scene_names: Sequence[str], split: str, split_file: Path | None = None
+) -> tuple[str, ...]:
+    """The scenes of one split; arguments as of `find_splits`.
 
     Raises:
         SettingsError: there is no such split, it has no scene here, or it is the official `test`.
+        TableError: see `find_splits`.
     """
+    splits = find_splits(root, scene_names, split_file)
+    own = root / SPLITS_FILE
+    official = split_file is None and not own.exists()
+    source = root if official else split_file or own
     if official and split == "test":
-        raise SettingsError("split test: the official test scenes have no annotations; choose train or val")
-    if official and split in OFFICIAL and split not in splits:
         raise SettingsError(
-            f"split {split}: none of its scenes is in this dataset; choose from: {_listed(splits)}"
+            f"{source}: split test: the official test scenes have no annotations; choose train or val"
         )
-    if split not in splits:
-        raise SettingsError(unknown("split", split, tuple(splits)))
-    if not splits[split]:
-        raise SettingsError(f"split {split}: holds no scene; choose from: {_listed(splits)}")
+    if split not in (OFFICIAL if official else splits):
+        raise SettingsError(f"{source}: {unknown('split', split, tuple(splits))}")
+    if not splits.get(split):
+        listed = ", ".join(name for name, scenes in splits.items() if scenes) or "none"
+        raise SettingsError(
+            f"{source}: split {split}: none of its scenes is in this dataset; choose from: {listed}"
+        )
     return splits[split]
 
 
-def _listed(splits: Mapping[str, tuple[str, ...]]) -> str:
-    return ", ".join(name for name, scenes in splits.items() if scenes) or "none"
+def require_present(path: Path, splits: Mapping[str, Sequence[str]], scene_names: Sequence[str]) -> None:
+    """Check that a dataset has all scenes that a split file names.
+
+    Raises:
+        TableError: it lacks one.
+    """
+    present = set(scene_names)
+    for split, scenes in splits.items():
+        for scene in scenes:
+            if scene not in present:
+                raise TableError(f"{path}: split {split!r}: {unknown('scene', scene, scene_names)}")
+
+
+def _cut(splits: Mapping[str, Sequence[str]], scene_names: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    present = set(scene_names)
+    return {split: tuple(scene for scene in scenes if scene in present) for split, scenes in splits.items()}

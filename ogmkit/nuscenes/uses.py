@@ -39,7 +39,12 @@ _USES = {
     "FROM sensor e JOIN key_frame k ON k.sensor_token = e.token",
     "sample_annotation": "SELECT a.rowid AS row, s.scene_token AS scene, NULL::VARCHAR AS channel "
     "FROM sample_annotation a JOIN sample s ON s.token = a.sample_token "
-    "SEMI JOIN scene ON scene.token = s.scene_token",
+    "SEMI JOIN scene ON scene.token = s.scene_token "
+    # One whose sample is missing belongs where its instance's others do.
+    "UNION ALL SELECT lost.rowid AS row, s.scene_token AS scene, NULL::VARCHAR AS channel "
+    "FROM sample_annotation lost JOIN sample_annotation a ON a.instance_token = lost.instance_token "
+    "JOIN sample s ON s.token = a.sample_token SEMI JOIN scene ON scene.token = s.scene_token "
+    "WHERE lost.sample_token IS NULL",
     "instance": "SELECT DISTINCT i.rowid AS row, u.scene, u.channel FROM instance i "
     "JOIN sample_annotation a ON a.instance_token = i.token JOIN sample_annotation_use u ON u.row = a.rowid",
     "category": "SELECT DISTINCT c.rowid AS row, u.scene, u.channel FROM category c "

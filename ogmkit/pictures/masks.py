@@ -12,6 +12,7 @@ from ogmkit.geometry.camera import image_from_resized
 from ogmkit.homography.methods import METHODS
 from ogmkit.shards import schema
 from ogmkit.shards.additions import added_values
+from ogmkit.shards.crosschecks_added import origin_problem
 from ogmkit.shards.reader import REMEDY, Shard
 from ogmkit.typing import FloatArray, UInt8Array
 
@@ -119,7 +120,8 @@ def open_sets(shard: Shard, camera: str, names: Sequence[str]) -> tuple[MaskSet,
         names: of the sets; the last may have been made without homography, then it is the default one.
 
     Raises:
-        ShardError: a set or the homography is absent; the text names the command that makes it.
+        ShardError: a set or the homography is absent, or a set was warped by another; the text names the
+            command that makes it.
     """
     found = [_values(shard, camera, name) for name in names]
     homography = found[-1]["homography"] or DEFAULT_SET
@@ -129,6 +131,10 @@ def open_sets(shard: Shard, camera: str, names: Sequence[str]) -> tuple[MaskSet,
             f"{shard.path}: {camera} has no homography {homography!r} (it has {', '.join(known) or 'none'}); "
             f"run `ogmkit homography-fit {shard.path.parent} --method {homography}`"
         )
+    for name in names:
+        problem = origin_problem(shard, camera, name)
+        if problem:
+            raise ShardError(f"{shard.path}: {camera}/footprints/{name} {problem}")
     return tuple(
         MaskSet(shard, camera, name, values["method"], values["scale"], homography)
         for name, values in zip(names, found, strict=True)

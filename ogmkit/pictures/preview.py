@@ -3,10 +3,10 @@
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from ogmkit.errors import OutputError, SettingsError, ShardError
+from ogmkit.errors import SettingsError, ShardError
 from ogmkit.pictures.bev_panel import plan_for
 from ogmkit.pictures.masks import DEFAULT_SET, MaskSet, open_sets
-from ogmkit.pictures.png import write_png
+from ogmkit.pictures.png import require_outside, write_png
 from ogmkit.pictures.sheet import Heading, draw_sheet
 from ogmkit.pictures.subjects import PLANE_SIZE, SUBJECTS
 from ogmkit.pictures.views import evenly, read_view
@@ -57,8 +57,7 @@ def preview(
     _check(subjects, mask_set, frames)
     folder = out.resolve()
     target = folder.with_name(f"{folder.name}-preview") if pictures is None else pictures
-    if target.resolve().is_relative_to(folder):
-        raise OutputError(f"{target}: lies in {out}, which holds nothing but shards; choose another folder")
+    require_outside(target, out)
     chosen = _chosen(read_manifest(out), out, scenes, cameras)
     with output_errors(target):
         target.mkdir(parents=True, exist_ok=True)

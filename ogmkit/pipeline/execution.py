@@ -1,5 +1,6 @@
 """Running one function over many items: in this process, in worker processes, or on the caller's executor."""
 
+import functools
 import os
 import signal
 import threading
@@ -41,7 +42,9 @@ def run_over(
     """
     try:
         if executor is not None:
-            yield from _as_completed(executor, function, items, _IN_FLIGHT, finish_started=True)
+            limited = functools.partial(_limited, function)
+            with threadpool_limits(1, user_api="blas"):  # in threads of this process it can't be set
+                yield from _as_completed(executor, limited, items, _IN_FLIGHT, finish_started=True)
         elif workers == 1:
             with _one_thread():
                 yield from map(function, items)
@@ -102,6 +105,12 @@ def _start_worker(parent: Connection) -> None:
     cv2.setNumThreads(1)  # the workers are the parallelism
     threadpool_limits(1, user_api="blas")
     threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+
+
+def _limited(function: Callable[[Item], Result], item: Item) -> Result:
+    """In the caller's worker: the last digits of BLAS depend on how many threads it has."""
+    with threadpool_limits(1, user_api="blas"):
+        return function(item)
 
 
 def _end_with(parent: Connection) -> None:

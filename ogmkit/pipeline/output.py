@@ -10,12 +10,18 @@ from filelock import FileLock, Timeout
 
 from ogmkit.errors import OutputError, ShardError
 from ogmkit.shards.atomic import is_part, output_errors, remove_parts, write_json
-from ogmkit.shards.manifest import AMENDING, MARKER, Manifest, read_json, read_manifest, unfinished_command
+from ogmkit.shards.manifest import (
+    AMENDING,
+    LOCK,
+    MARKER,
+    Manifest,
+    read_json,
+    read_manifest,
+    unfinished_command,
+)
 from ogmkit.shards.manifest import NAME as MANIFEST
 from ogmkit.shards.reader import H5_ERRORS, Shard
 from ogmkit.shards.settings import ExtractSettings, differences
-
-LOCK = ".ogmkit-extract.lock"
 
 
 @dataclass(frozen=True)

@@ -44,7 +44,7 @@ def require_known_names(dataset: Dataset, settings: ExtractSettings, scenes: Seq
     """
     _require("scene", scenes, dataset.scene_names(), dataset.root)
     _require("camera", settings.cameras, dataset.channels(), dataset.root)
-    require_known(settings.targets.categories, dataset.categories())
+    require_known(settings.targets.categories, dataset.categories(), dataset.root)
 
 
 def _require(kind: str, names: Iterable[str], known: Sequence[str], root: Path) -> None:

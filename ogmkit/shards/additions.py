@@ -94,7 +94,9 @@ def require_name(name: str) -> None:
         SettingsError: it would not be one group, or be hard to type.
     """
     if _NAME.fullmatch(name) is None:
-        raise SettingsError(f"name {name!r}: use letters, digits and _.+- only, a letter or digit first, 100 at most")
+        raise SettingsError(
+            f"name {name!r}: use letters, digits and _.+- only, a letter or digit first, 100 at most"
+        )
 
 
 def _copy(old: h5py.Group, new: h5py.Group, left_out: Collection[str]) -> None:

@@ -12,7 +12,7 @@ from ogmkit.shards.settings import differences
 from ogmkit.typing import BoolArray
 
 
-@np.errstate(invalid="ignore")  # damaged numbers are findings
+@np.errstate(invalid="ignore", divide="ignore")  # damaged numbers are findings
 def added_problems(shard: Shard, camera: str) -> tuple[str, ...]:
     """Describe what contradicts itself in the groups added to one camera's, whose structure is sound.
 
@@ -63,31 +63,43 @@ def _left_out(shard: Shard, camera: str, group: str) -> Iterator[str]:
 
 def _footprints(shard: Shard, camera: str, name: str) -> Iterator[str]:
     group = f"{FOOTPRINTS.name}/{name}"
+    attributes = shard.h5[f"{camera}/{group}"].attrs
     valid: BoolArray = shard.dataset(camera, f"{group}/valid")[:]
     for mask in ("drivable", "vehicles"):
         masks = shard.dataset(camera, f"{group}/{mask}")
         highest = np.array([masks[frame].max(initial=0) for frame in range(len(valid))], dtype=np.uint8)
         yield from first_wrong(f"/{mask} holds other values than 0 and 1 in", highest > 1)
         yield from first_wrong(f"/{mask} is filled although not valid in", (highest > 0) & ~valid)
-    yield from _warped(shard, camera, name, valid)
+        exact = shard.dataset(camera, "image_size")[:] / attributes["scale"]
+        rounded: BoolArray = (np.abs(exact - masks.shape[1:]) <= 0.5 + 1e-9).all(axis=1)
+        yield from first_wrong(f"/{mask} is not of the image's size / scale in", ~rounded)
+    problem = origin_problem(shard, camera, name)
+    if problem:
+        yield f" {problem}"
+    elif attributes["method"] == "warp":
+        source = f"{HOMOGRAPHY.name}/{attributes['homography']}/valid"
+        yield from first_wrong(f"/valid contradicts {source} in", valid != shard.dataset(camera, source)[:])
 
 
-def _warped(shard: Shard, camera: str, name: str, valid: BoolArray) -> Iterator[str]:
-    """Of a set that was warped: whether it was by the homographies that are there now."""
+def origin_problem(shard: Shard, camera: str, name: str) -> str:
+    """Say why a set of footprints doesn't go with the homographies that are there now; empty if it does.
+
+    Homographies may be fitted anew, with other settings, after a set was warped by them.
+
+    Raises:
+        ShardError: the settings of either are no JSON.
+    """
     values = added_values(shard, camera, FOOTPRINTS, name)
     if values is None or values["method"] != "warp":
-        return
+        return ""
     source = values["homography"]
     fit = added_values(shard, camera, HOMOGRAPHY, source)
     if fit is None:
-        yield f" is warped by homography {source!r}, which is not there"
-        return
+        return f"is warped by homography {source!r}, which is not there"
     different = differences({"homography": fit}, values["settings"])
-    if different:
-        yield (
-            f" is warped by an earlier homography/{source} ({', '.join(different)}); "
-            "run `ogmkit render-footprints` with --overwrite"
-        )
-        return
-    unknown = valid != shard.dataset(camera, f"{HOMOGRAPHY.name}/{source}/valid")[:]
-    yield from first_wrong(f"/valid contradicts {HOMOGRAPHY.name}/{source}/valid in", unknown)
+    if not different:
+        return ""
+    return (
+        f"is warped by an earlier homography/{source} ({', '.join(different)}); "
+        "run `ogmkit render-footprints` with --overwrite"
+    )

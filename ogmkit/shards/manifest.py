@@ -16,6 +16,8 @@ MARKER = ".ogmkit-extract.json"
 """Stands in a folder from a run's first moment until its manifest is written; holds the configuration."""
 AMENDING = ".ogmkit-amend.json"
 """Stands there while shards are added to, until the manifest knows them again; names the command."""
+LOCK = ".ogmkit-extract.lock"
+"""Stands there while a run holds the folder; a killed run leaves it, and it holds nobody up."""
 
 FORMAT = "ogmkit-manifest"
 FORMAT_VERSION = 1

@@ -47,9 +47,9 @@ class Shard:
         try:
             self.h5 = h5py.File(path, "r")
         except OSError as error:
-            absent = not path.exists()
-            reason = f"is absent; {AGAIN}" if absent else f"is no HDF5 file or cut short; {REMEDY}"
-            raise ShardError(f"{path}: {reason}") from error
+            if not path.exists():
+                raise ShardError(f"{path}: is absent; {AGAIN}") from error
+            raise ShardError(f"{path}: is no HDF5 file or cut short; if it is a shard, {REMEDY}") from error
         try:
             self._check_format()
         except BaseException:

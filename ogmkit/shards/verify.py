@@ -5,10 +5,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ogmkit.errors import ShardError
+from ogmkit.shards.atomic import is_part
 from ogmkit.shards.crosschecks import cross_problems
 from ogmkit.shards.crosschecks_added import added_problems
 from ogmkit.shards.manifest import (
     AMENDING,
+    LOCK,
     MARKER,
     NAME,
     Manifest,
@@ -65,14 +67,22 @@ def verify_folder(out: Path, *, on_progress: Callable[[int, int], None] | None =
     entries = {} if manifest is None else {entry.file: entry for entry in manifest.shards}
     listed = entries.keys() if manifest is not None else set(names)
     problems += [Problem(name, f"is missing; {AGAIN}") for name in sorted(listed - present)]
-    extra = sorted(present - listed - {NAME, MARKER, AMENDING})
-    problems += [Problem(name, "is not in the manifest; move it elsewhere") for name in extra]
+    problems += _extra(present - listed - {NAME}, present & {MARKER, AMENDING})
     for done, name in enumerate(names, start=1):
         messages = _shard_problems(out / name, entries.get(name), manifest, settled=not unfinished)
         problems += [Problem(name, message) for message in messages]
         if on_progress is not None:
             on_progress(done, len(names))
     return tuple(problems)
+
+
+def _extra(names: set[str], marks: set[str]) -> Iterator[Problem]:
+    """Of files that the manifest doesn't name; what an unfinished run left will go with its mark."""
+    for name in sorted(names - marks):
+        if name != LOCK and not is_part(Path(name)):
+            yield Problem(name, "is not in the manifest; move it elsewhere")
+        elif not marks:
+            yield Problem(name, "was left by a run that was killed; remove it")
 
 
 def _manifest(out: Path) -> tuple[Manifest | None, list[Problem]]:

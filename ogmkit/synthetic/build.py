@@ -111,7 +111,7 @@ def synthesize(
     """Make a dataset; `out` appears when it is whole, or not at all.
 
     Args:
-        out: where to; absent or an empty folder.
+        out: where to; absent or an empty folder, but not the current one.
         settings: what to make; the same settings give the same dataset.
         on_progress: called with files done and files in all.
 
@@ -120,6 +120,8 @@ def synthesize(
     """
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise OutputError(f"{out}: not an empty folder; name another or remove it")
+    if out.resolve() == Path.cwd():
+        raise OutputError(f"{out}: is the current folder, which would be replaced; name one inside it")
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=f".{out.name}.", dir=out.parent) as scratch:

@@ -48,7 +48,7 @@ def test_errors_fail(dataroot, edit_table):
     result = _run(dataroot)
 
     assert result.exit_code == 1
-    assert "R303 error: box size is not positive (" in result.stdout
+    assert "R303 error: box size is not positive or immense (" in result.stdout
     assert result.stderr == ""
 
 

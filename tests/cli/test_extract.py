@@ -94,6 +94,19 @@ def test_a_failed_scene_is_named_on_stderr(tmp_path, tiny_dataroot, ogmkit):
     assert len(list((tmp_path / "out").glob("*.h5"))) == 1
 
 
+@pytest.mark.parametrize("options", [[], ["--dry-run"]])
+def test_a_failed_scene_takes_one_line_whatever_its_name(
+    tmp_path, tiny_dataroot, ogmkit, edit_table, options
+):
+    root = shutil.copytree(tiny_dataroot, tmp_path / "root")
+    edit_table(root, "scene", lambda records: records[0].update(name="../a\nb\0c"))
+    result = ogmkit(tmp_path / "out", *options, dataroot=root)
+    (line,) = (line for line in result.output.splitlines() if "record" in line)
+    assert line.removeprefix("ogmkit: ").startswith("../a b\\x00c ")
+    assert "cannot be a file name" in line
+    assert len(list((tmp_path / "out").glob("*.h5"))) == (0 if options else 1)
+
+
 def test_strict_raises_what_a_scene_failed_with(tmp_path, tiny_dataroot, ogmkit):
     root = shutil.copytree(tiny_dataroot, tmp_path / "root")
     for path in (root / "samples/CAM_FRONT").iterdir():

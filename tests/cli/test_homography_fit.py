@@ -1,4 +1,5 @@
 import hashlib
+import json
 import os
 import re
 import shutil
@@ -8,6 +9,7 @@ import sys
 import time
 from pathlib import Path
 
+import h5py
 import pytest
 from click.testing import CliRunner
 from ogmkit_cli.homography_fit import command
@@ -82,6 +84,18 @@ def test_it_tells_what_the_methods_are_worth(out):
     assert verify_folder(out) == ()
 
 
+def test_many_reasons_are_counted_instead_of_listed(out):
+    result = run(out, "--method", "plane", "--min-spread", 1000)
+    assert "32 frames in 2 shards" in result.stdout
+    refused = [line for line in result.stdout.splitlines() if line.startswith("plane: no homography in ")]
+    assert len(refused) == 6
+    assert sum(int(line.split()[4]) for line in refused) == 32
+    assert re.fullmatch(
+        r"plane: no homography in \d+ frames?: \d+ other reasons?, each in the shard", refused[-1]
+    )
+    assert "nan" not in result.stdout
+
+
 def test_a_second_run_says_that_all_was_there(out):
     first, second = run(out), run(out)
     assert "(2 had it all before)" in second.stdout
@@ -141,6 +155,32 @@ def lost(out):
     return []
 
 
+def edit_manifest(out, edit):
+    content = json.loads((out / "manifest.json").read_text())
+    edit(content)
+    (out / "manifest.json").write_text(json.dumps(content))
+
+
+def no_shard_named(out):
+    edit_manifest(out, lambda content: content["shards"].clear())
+    return []
+
+
+def foreign_hdf5(out):
+    with h5py.File(next(out.glob("*.h5")), "w") as h5:
+        h5["image"] = 1
+    return []
+
+
+def without_boxes(out):
+    path = min(out.glob("*.h5"))
+    with h5py.File(path, "r+") as h5:
+        del h5["CAM_FRONT/boxes"]
+    known = {"bytes": path.stat().st_size, "sha256": contents(out)[path.name]}
+    edit_manifest(out, lambda content: content["shards"][0].update(known))
+    return []
+
+
 def unknown_camera(out):
     return ["--camera", "CAM_TOP"]
 
@@ -150,9 +190,14 @@ def unknown_camera(out):
     [
         (other_settings, "settings.min_points is 8 here but None there; use --overwrite"),
         (no_shards, "choose a folder that `ogmkit extract` finished"),
+        (no_shard_named, "the manifest names no shard; run `ogmkit extract` again"),
         (foreign, "is no HDF5 file or cut short"),
+        (foreign_hdf5, "is HDF5, but no ogmkit shard; move it elsewhere"),
+        (without_boxes, "/CAM_FRONT/boxes/offsets is missing; remove it and run `ogmkit extract` again"),
         (lost, "is absent; run `ogmkit extract` again"),
         (unknown_camera, "unknown camera 'CAM_TOP'"),
+        (lambda out: ["--plot", out / "plot.png"], "holds nothing but shards; choose another place"),
+        (lambda out: ["--max-distance", "inf"], "max_distance_m: inf m is not a positive distance"),
     ],
 )
 def test_bad_input_takes_one_line_and_loses_nothing(out, spoil, message):

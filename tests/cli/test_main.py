@@ -85,7 +85,7 @@ def test_version():
 
 @pytest.mark.parametrize("arguments", [[], ["--help"]])
 def test_help_lists_every_command_in_order(arguments):
-    text = CliRunner().invoke(shell.main, arguments).output
+    text = CliRunner().invoke(shell.main, arguments, terminal_width=100).output
     listed = text.partition("Commands:\n")[2].splitlines()
 
     assert [line.split(maxsplit=1) for line in listed] == [[*item] for item in shell.COMMANDS.items()]

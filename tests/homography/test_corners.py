@@ -51,6 +51,7 @@ def test_spread_is_the_least_standard_deviation_over_all_directions():
         {"min_spread_m": float("nan")},
         {"max_distance_m": 0.0},
         {"max_distance_m": float("nan")},
+        {"max_distance_m": float("inf")},
         {"categories": ()},
         {"min_visibility": 5},
     ],

@@ -100,6 +100,15 @@ def test_corners_in_a_line_are_refused(make_frame, method):
     result = fit(method, in_a_line, GRID, FitSettings())
     assert not result.valid
     assert "spread over only 0.00 m" in result.reason
+    assert fit("surface", in_a_line, GRID, FitSettings()).valid
+
+
+@pytest.mark.parametrize("method", ["dlt", "robust"])
+def test_corners_in_a_line_are_refused_also_where_any_spread_will_do(make_frame, method):
+    in_a_line = make_frame([(10, 0), (20, 0), (30, 0)], yaw_rad=0.0, size=(0.0, 4.0, 1.5))
+    result = fit(method, in_a_line, GRID, FitSettings(min_spread_m=0.0))
+    assert result.reason == "the corners are degenerate (three in a line, or too close together)"
+    assert np.isnan(result.bev_from_image).all()
 
 
 @pytest.mark.parametrize("method", BY_CORNERS)

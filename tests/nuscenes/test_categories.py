@@ -1,3 +1,5 @@
+from pathlib import Path
+
 import pytest
 
 from ogmkit.errors import SettingsError
@@ -10,7 +12,7 @@ def test_there_are_23_official_categories():
 
 @pytest.mark.parametrize("wanted", [("vehicle.",), ("vehicle.car", "human."), ("movable",), ("own.thing",)])
 def test_names_and_their_beginnings_are_known(wanted):
-    require_known(wanted, ("own.thing.small",))
+    require_known(wanted, ("own.thing.small",), Path("root"))
 
 
 @pytest.mark.parametrize(
@@ -23,4 +25,4 @@ def test_names_and_their_beginnings_are_known(wanted):
 )
 def test_others_are_not(wanted, words):
     with pytest.raises(SettingsError, match=words):
-        require_known(wanted, ())
+        require_known(wanted, (), Path("root"))

@@ -44,7 +44,7 @@ def test_all_findings_are_counted_with_first_examples(small_root, edit_table):
     assert findings["R303", "error"].count == 16
     assert findings["R303", "error"].examples == tuple(
         f"sample_annotation.json: record annotation-1-{i}-vehicle.car: "
-        "size [0.0, 0.0, 0.0] is not three positive lengths [scene-0001]"
+        "size [0.0, 0.0, 0.0] is not three positive lengths up to 10000 m [scene-0001]"
         for i in range(3)
     )
 
@@ -99,6 +99,26 @@ def test_tables_that_cannot_be_read_are_all_listed(small_root):
 def test_a_missing_root_is_an_error(tmp_path):
     with pytest.raises(TableError, match="no such folder"):
         check_dataset(tmp_path / "gone")
+
+
+def test_a_dataset_without_scenes_is_an_error(small_root, edit_table):
+    edit_table(small_root, "scene", lambda records: [])
+
+    findings = _by_rule(check_dataset(small_root))
+
+    assert findings["R102", "error"].examples == ("scene.json: no record has a name",)
+
+
+@pytest.mark.parametrize("folder", ["samples", "sweeps"])
+def test_a_file_that_cannot_be_examined_counts_as_absent(small_root, folder):
+    """A link that leads to itself: the system refuses to say whether it is there."""
+    image = small_root / folder / "CAM_FRONT" / "1-2.jpg"
+    image.unlink()
+    image.symlink_to(image.name)
+
+    (finding,) = check_dataset(small_root)
+
+    assert finding.rule == {"samples": "R701", "sweeps": "R704"}[folder]
 
 
 def test_unsound_splits(small_root):

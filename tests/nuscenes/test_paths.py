@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ogmkit.errors import TableError
-from ogmkit.nuscenes.paths import file_size, one_line, resolve
+from ogmkit.nuscenes.paths import one_line, resolve
 
 
 @pytest.mark.parametrize(
@@ -39,15 +39,7 @@ def test_links_that_the_user_placed_are_followed(tmp_path):
     (tmp_path / "root").mkdir()
     (tmp_path / "root" / "samples").symlink_to(tmp_path / "disk")
 
-    assert file_size(resolve(tmp_path / "root", "samples/a.jpg")) == 3
-
-
-def test_sizes_of_what_is_not_there(tmp_path):
-    (tmp_path / "file").touch()
-
-    assert file_size(tmp_path / "gone") is None
-    assert file_size(tmp_path / "file" / "below") is None
-    assert file_size(tmp_path / "file") == 0
+    assert resolve(tmp_path / "root", "samples/a.jpg").read_bytes() == b"123"
 
 
 def test_one_line_escapes_controls_and_ends():

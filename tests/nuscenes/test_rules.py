@@ -2,7 +2,7 @@
 
 import pytest
 
-from ogmkit.errors import TableError
+from ogmkit.errors import SettingsError, TableError
 from ogmkit.nuscenes.check import check_dataset
 from ogmkit.nuscenes.dataset import Dataset
 
@@ -43,6 +43,8 @@ DAMAGE = {
         "is_key_frame",
     ),
     "filename missing": ("sample_data", "samples-1-2-CAM_FRONT", {"filename": None}, "R201", "filename"),
+    "location is a list": ("log", "log-1", {"location": ["boston-seaport"]}, "R201", "location"),
+    "mask name is a number": ("map", "map-1", {"filename": 5}, "R201", "filename"),
     "dangling log": ("scene", "scene-1", {"log_token": "gone"}, "R203", "'gone' is not in log.json"),
     "dangling first sample": (
         "scene",
@@ -130,6 +132,20 @@ DAMAGE = {
         "R302",
         "finite",
     ),
+    "pose beyond all maps": (
+        "ego_pose",
+        "pose-samples-1-2-CAM_FRONT",
+        {"translation": [1e308, 0, 0]},
+        "R302",
+        "within 1e+08 m",
+    ),
+    "box size immense": (
+        "sample_annotation",
+        "annotation-1-2-vehicle.car",
+        {"size": [1, 1e308, 1]},
+        "R303",
+        "up to 10000 m",
+    ),
     "box size zero": (
         "sample_annotation",
         "annotation-1-2-vehicle.car",
@@ -158,6 +174,13 @@ DAMAGE = {
         {"camera_intrinsic": [[20, 0, 15], [20, 0, 15], [0, 0, 1]]},
         "R305",
         "invertible",
+    ),
+    "intrinsics with a fourth column": (
+        "calibrated_sensor",
+        "calibration-1-CAM_FRONT",
+        {"camera_intrinsic": [[20, 0, 15, 0], [0, 20, 15, 0], [0, 0, 1, 0]]},
+        "R305",
+        "no invertible 3×3",
     ),
     "intrinsics empty": (
         "calibrated_sensor",
@@ -317,6 +340,52 @@ def test_a_column_that_no_record_has(small_root, edit_table, table):
     assert "missing or of the wrong type [R201" in message
 
 
+def test_an_annotation_without_a_sample_is_not_lost_silently(small_root, damage):
+    path = damage("sample_annotation", "annotation-1-2-vehicle.car", sample_token=None)
+
+    assert _message(small_root).startswith(
+        f"{path}: record annotation-1-2-vehicle.car: sample_token missing or of the wrong type [R201"
+    )
+    assert {finding.severity for finding in check_dataset(small_root)} == {"error"}
+
+
+@pytest.mark.parametrize("value", [None, "of-another-version", {"token": "sample-1-2"}])
+def test_annotations_that_all_lack_their_samples_are_not_lost_silently(small_root, edit_table, value):
+    def strip(records):
+        for record in records:
+            record["sample_token"] = value
+
+    path = edit_table(small_root, "sample_annotation", strip)
+
+    message = _message(small_root)
+    assert message.startswith(f"{path}: record number 1: sample_token leads to no key frame")
+    assert ("R203", "error") in {(finding.rule, finding.severity) for finding in check_dataset(small_root)}
+
+
+def test_a_sensor_without_a_channel_is_no_camera_to_choose(small_root, damage):
+    damage("sensor", "sensor-CAM_FRONT", channel=None)
+
+    with Dataset(small_root) as dataset:
+        assert dataset.channels() == ("CAM_BACK",)
+        with pytest.raises(SettingsError, match="unknown camera 'CAM_FRONT'"):
+            dataset.scene("scene-0001", ["CAM_FRONT"])
+
+
+def test_a_category_whose_name_is_no_text_is_not_taken_for_one(small_root, damage):
+    """Else its vehicles would silently be missing from the canvas."""
+    path = damage("category", "category-vehicle.car", name={"en": "vehicle.car"})
+
+    assert _message(small_root).startswith(
+        f"{path}: record category-vehicle.car: name missing or of the wrong"
+    )
+
+
+def test_a_scene_without_a_token(small_root, edit_table):
+    path = edit_table(small_root, "scene", lambda records: records[0].pop("token") and None)
+
+    assert _message(small_root).startswith(f"{path}: scene scene-0001 has no token; ")
+
+
 def test_a_ring_beside_the_chain(small_root, edit_table):
     """sample-1-3 and sample-1-4 lead to each other; the rest is a sound chain: only time gives it away."""
 
@@ -385,11 +454,14 @@ def test_two_scenes_of_one_file_name(small_root, damage, name):
     assert "stands for several scenes" in _message(small_root, scene=name)
 
 
-def test_a_scene_whose_name_is_missing_is_not_listed(small_root, damage):
-    damage("scene", "scene-1", name=None)
+@pytest.mark.parametrize("name", [None, 12, ["scene-0001"]])
+def test_a_scene_without_a_name_is_listed_by_its_token_and_fails(small_root, damage, name):
+    path = damage("scene", "scene-1", name=name)
 
     with Dataset(small_root) as dataset:
-        assert dataset.scene_names() == ("scene-0002",)
+        assert dataset.scene_names() == ("scene-0002", "scene-1")
+    message = _message(small_root, scene="scene-1")
+    assert message.startswith(f"{path}: record scene-1: name missing or of the wrong type [R201")
 
 
 @pytest.mark.parametrize(

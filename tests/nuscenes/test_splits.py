@@ -4,7 +4,7 @@ import pytest
 
 from ogmkit.errors import SettingsError, TableError
 from ogmkit.nuscenes.dataset import Dataset
-from ogmkit.nuscenes.splits import OFFICIAL, find_splits
+from ogmkit.nuscenes.splits import OFFICIAL, find_split, find_splits
 
 
 def test_official_splits_are_the_thousand_scenes():
@@ -81,7 +81,6 @@ def test_an_official_split_without_a_scene_here(small_root, damage):
         ('{"train": "scene-0001"}', "'train' is no list"),
         ('{"train": [1]}', "'train' is no list"),
         ('{"train": ["scene-0001", "scene-0001"]}', "names a scene twice"),
-        ('{"train": ["scene-1"]}', "unknown scene 'scene-1'; did you mean scene-0001"),
     ],
 )
 def test_a_malformed_split_file_is_named(tmp_path, content, words):
@@ -91,6 +90,24 @@ def test_a_malformed_split_file_is_named(tmp_path, content, words):
     with pytest.raises(TableError, match=words) as caught:
         find_splits(tmp_path, ("scene-0001", "scene-0002"))
     assert str(caught.value).startswith(f"{path}: ")
+
+
+def test_a_part_of_a_dataset_may_keep_the_splits_of_the_whole(tmp_path):
+    (tmp_path / "splits.json").write_text('{"train": ["scene-0001", "scene-0009"], "val": ["scene-0008"]}')
+
+    assert find_splits(tmp_path, ("scene-0001",)) == {"train": ("scene-0001",), "val": ()}
+    with pytest.raises(SettingsError, match="split val: none of its scenes is in this dataset") as caught:
+        find_split(tmp_path, ("scene-0001",), "val")
+    assert str(caught.value).startswith(f"{tmp_path / 'splits.json'}: ")
+
+
+def test_a_split_file_with_an_unknown_scene_is_named(tmp_path):
+    path = tmp_path / "mine.json"
+    path.write_text('{"train": ["scene-1"]}')
+
+    with pytest.raises(TableError, match="unknown scene 'scene-1'; did you mean scene-0001") as caught:
+        find_splits(tmp_path, ("scene-0001", "scene-0002"), path)
+    assert str(caught.value).startswith(f"{path}: split 'train': ")
 
 
 def test_an_absent_split_file_is_named(tmp_path):
@@ -103,6 +120,6 @@ def test_an_empty_split_cannot_be_chosen(small_root):
 
     with (
         Dataset(small_root) as dataset,
-        pytest.raises(SettingsError, match="holds no scene; choose from: val"),
+        pytest.raises(SettingsError, match=r"split train: none of its scenes .*; choose from: val"),
     ):
         dataset.split("train")

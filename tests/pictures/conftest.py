@@ -26,6 +26,8 @@ BOXES = {
 }
 """Category → the box's centre in the ego frame, the same in every frame."""
 
+FIT = {"method": "calibration", "settings": {}, "checkpoint_sha256": ""}
+
 
 @pytest.fixture
 def grid():
@@ -82,7 +84,8 @@ def add_masks():
                 made[kind] = valid[:, None, None] * mask
             made["valid"] = valid
             method = name if name == "full-body" else "warp"
-            made.attrs.update(method=method, homography=homography, scale=float(scale), settings="{}")
+            made.attrs.update(method=method, homography=homography, scale=float(scale))
+            made.attrs["settings"] = json.dumps({"homography": FIT} if method == "warp" else {})
             if homography and f"homography/{homography}" not in h5["CAM_FRONT"]:
                 _write_homography(h5["CAM_FRONT"].create_group(f"homography/{homography}"), valid)
 
@@ -96,6 +99,7 @@ def _write_homography(group, valid):
     group["bev_from_image"] = np.where(valid[:, None, None], bev_from_image, np.nan)
     group["valid"] = valid
     group["reason"] = ["" if one else "too few corners" for one in valid]
+    group.attrs.update(method=FIT["method"], settings=json.dumps(FIT["settings"]), checkpoint_sha256="")
 
 
 def _file_attributes(scene, settings):

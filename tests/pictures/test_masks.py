@@ -77,6 +77,16 @@ def test_sets_share_the_last_one_s_homography(path, add_masks):
     assert alone.homography == "surface"
 
 
+def test_a_set_of_an_earlier_homography_is_told_apart(path, add_masks):
+    add_masks(path)
+    with h5py.File(path, "r+") as h5:
+        h5["CAM_FRONT/homography/surface"].attrs["settings"] = '{"min_points": 8}'
+    with pytest.raises(
+        ShardError, match=r"CAM_FRONT/footprints/surface is warped by an earlier .* with --overwrite"
+    ):
+        read(path, "surface")
+
+
 @pytest.mark.parametrize("matrix", [np.zeros((3, 3)), np.ones((3, 3)), np.full((3, 3), np.nan)])
 def test_a_valid_homography_without_inverse_is_damage(path, add_masks, matrix):
     add_masks(path)

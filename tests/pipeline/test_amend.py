@@ -10,10 +10,9 @@ from filelock import FileLock
 
 from ogmkit.errors import OutputError, SettingsError, ShardError
 from ogmkit.pipeline.amend import amend
-from ogmkit.pipeline.output import LOCK
 from ogmkit.shards import schema
 from ogmkit.shards.layout import store_dataset
-from ogmkit.shards.manifest import AMENDING
+from ogmkit.shards.manifest import AMENDING, LOCK
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.structure import sizes
 from ogmkit.shards.verify import verify_folder

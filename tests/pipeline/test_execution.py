@@ -1,10 +1,12 @@
 import os
 import threading
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import closing
+from multiprocessing import get_context
 
 import cv2
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from ogmkit.errors import OgmkitError
 from ogmkit.pipeline.execution import run_over
@@ -32,6 +34,25 @@ def test_one_worker_is_one_opencv_thread():
     before = cv2.getNumThreads()
     assert list(run_over(lambda _: cv2.getNumThreads(), range(2), workers=1, executor=None)) == [1, 1]
     assert cv2.getNumThreads() == before
+
+
+def blas_threads(info):
+    """Of numpy's BLAS; OpenCV may bring one of its own, which nothing here uses."""
+    return {library["num_threads"] for library in info if "numpy" in library["filepath"]}
+
+
+def test_a_worker_is_one_blas_thread_wherever_it_works():
+    if not blas_threads(threadpool_info()):
+        pytest.skip("numpy's BLAS is none that threadpoolctl knows")
+    with threadpool_limits(2, user_api="blas"):
+        found = list(run_over(lambda _: threadpool_info(), range(2), workers=1, executor=None))
+        with ThreadPoolExecutor(2) as executor:
+            found += run_over(lambda _: threadpool_info(), range(2), workers=1, executor=executor)
+        with ProcessPoolExecutor(1, get_context("spawn")) as executor:
+            look = "__import__('threadpoolctl').threadpool_info()"
+            found += run_over(eval, [look, look], workers=1, executor=executor)
+        assert [blas_threads(info) for info in found] == [{1}] * 6
+        assert blas_threads(threadpool_info()) == {2}
 
 
 def test_an_exception_gives_up_the_rest():

@@ -7,7 +7,7 @@ import pytest
 from filelock import FileLock
 
 from ogmkit.errors import OutputError
-from ogmkit.pipeline.output import LOCK
+from ogmkit.shards.manifest import LOCK
 
 
 @pytest.mark.parametrize("name", ["notes.txt", "scene-0001.h5", "manifest.json"])

@@ -135,12 +135,12 @@ def test_damaged_settings_are_named(path):
         added_values(shard, "CAM_FRONT", HOMOGRAPHY, "dlt")
 
 
-@pytest.mark.parametrize("name", ["network-b2.1", "surface", "7"])
+@pytest.mark.parametrize("name", ["network-b2.1", "surface", "7", "a" * 100])
 def test_good_names(name):
     require_name(name)
 
 
-@pytest.mark.parametrize("name", ["", ".", "..", "a/b", "-x", "a b", "ü", "a\n"])
+@pytest.mark.parametrize("name", ["", ".", "..", "a/b", "-x", "a b", "ü", "a\n", "a" * 101])
 def test_bad_names(name):
     with pytest.raises(SettingsError, match="use letters, digits"):
         require_name(name)

@@ -123,6 +123,12 @@ CONTRADICTIONS = {
     "footprints/dlt/valid contradicts homography/dlt/valid in frame 0": change(
         "footprints/dlt/valid", 0, False
     ),
+    "footprints/dlt/vehicles is not of the image's size / scale in frame 0 and 4 more": lambda front: front[
+        "footprints/dlt"
+    ].attrs.__setitem__("scale", 0.0),
+    "footprints/dlt/vehicles is not of the image's size / scale in frame 3": change(
+        "image_size", 3, (36, 48)
+    ),
     "footprints/dlt is warped by homography 'dlt', which is not there": lambda front: front.pop(
         "homography/dlt"
     ),

@@ -196,7 +196,8 @@ def test_a_truncated_shard_is_named_in_one_line(out, size):
     found = messages(out)
     assert len(found) == 2
     assert "by the manifest" in found[0]
-    assert "is no HDF5 file or cut short; remove it and run `ogmkit extract` again" in found[1]
+    assert "is no HDF5 file or cut short" in found[1]
+    assert "remove it and run `ogmkit extract` again" in found[1]
 
 
 def test_damage_inside_is_named(out, settings):
@@ -253,6 +254,16 @@ def test_a_damaged_manifest_does_not_hide_the_shards(out):
     found = messages(out)
     assert found[0].startswith("manifest.json: is damaged")
     assert "scene-0007.h5: /CAM_FRONT/intrinsics is missing" in found
+
+
+@pytest.mark.parametrize("left", [".ogmkit-extract.lock", ".scene-0007.h5.4711.part"])
+def test_what_a_killed_run_left_goes_with_the_run(out, left):
+    (out / left).write_bytes(b"")
+    assert messages(out) == [f"{left}: was left by a run that was killed; remove it"]
+    (out / ".ogmkit-amend.json").write_text('{"command": "homography-fit"}')
+    assert messages(out) == [
+        ".ogmkit-amend.json: homography-fit is unfinished; run `ogmkit homography-fit` again"
+    ]
 
 
 def test_an_unfinished_run_is_named(out):

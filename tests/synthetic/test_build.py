@@ -1,6 +1,7 @@
 import json
 from collections import Counter
 from itertools import pairwise
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -261,6 +262,13 @@ def test_a_folder_that_holds_something_is_left_alone(tmp_path):
     with pytest.raises(OutputError, match="not an empty folder"):
         synthesize(tmp_path, SynthesisSettings(**TINY))
     assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
+
+
+def test_the_current_folder_is_refused_before_any_work(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(OutputError, match="is the current folder"):
+        synthesize(Path(), SynthesisSettings(**TINY))
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_failed_run_leaves_nothing_behind(tmp_path):
