@@ -6,6 +6,7 @@ import click
 
 from .options import image_size, name_list
 from .progress import progress
+from .text import with_number
 
 _CAMERAS = "CAM_FRONT,CAM_FRONT_RIGHT,CAM_BACK_RIGHT,CAM_BACK,CAM_BACK_LEFT,CAM_FRONT_LEFT"
 
@@ -73,11 +74,7 @@ def command(
     with progress(None, "files", "synthesize") as advance:
         summary = synthesize(out, settings, on_progress=advance)
     click.echo(
-        f"{out}: {_counted(len(summary.scenes), 'scene')} at {', '.join(summary.locations)}; "
-        f"{_counted(summary.samples, 'key frame')}, {_counted(summary.annotations, 'box', 'boxes')}, "
-        f"{_counted(summary.files, 'image or sweep', 'images and sweeps')}"
+        f"{out}: {with_number(len(summary.scenes), 'scene')} at {', '.join(summary.locations)}; "
+        f"{with_number(summary.samples, 'key frame')}, {with_number(summary.annotations, 'box')}, "
+        f"{with_number(summary.files, 'sensor file')}"
     )
-
-
-def _counted(count: int, one: str, many: str | None = None) -> str:
-    return f"{count} {one if count == 1 else many or one + 's'}"

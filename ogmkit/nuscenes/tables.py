@@ -40,7 +40,7 @@ _JOINS = {
         ) place ON place.token = t.sample_token""",
 }
 # Small ones, read value by value from the start: DuckDB would take an object where a name should be for text.
-_NAMING = frozenset({"log", "map", "scene", "sensor", "calibrated_sensor", "category"})
+_NAMING = frozenset({"log", "map", "scene", "sensor", "category"})
 # A number finds a scene's annotations among a million several times faster than 40 tokens do.
 _ADDED_COLUMNS = {"sample_annotation": ", place.scene_row"}
 

@@ -72,17 +72,12 @@ def _car_park(network: Network, index: int, side: int, stalls_per_row: int) -> C
     half_m = stalls_per_row * _STALL_M[0] / 2 + _AISLE_M
     island_half_m = half_m - _AISLE_M
     island_near_m = (_DEPTH_M - _ISLAND_M) / 2
-    stall_x = (np.arange(stalls_per_row) - (stalls_per_row - 1) / 2) * _STALL_M[0]
+    stall_x = (np.arange(stalls_per_row, dtype=np.float64) - (stalls_per_row - 1) / 2) * _STALL_M[0]
     entrance = np.abs(stall_x) < _DRIVEWAY_M / 2 + _STALL_M[0] / 2
     near, far = _STALL_M[1] / 2, _DEPTH_M - _STALL_M[1] / 2
     inward = float(np.arctan2(across[1], across[0]))
     near_stalls = place(np.stack([stall_x[~entrance], np.full((~entrance).sum(), near)], -1))
     far_stalls = place(np.stack([stall_x, np.full(stalls_per_row, far)], -1))
-    lines = [
-        [[x, y], [x, y + _STALL_M[1]]]
-        for y, row in ((0.0, stall_x[~entrance]), (_DEPTH_M - _STALL_M[1], stall_x))
-        for x in np.unique(np.round(np.concatenate([row - _STALL_M[0] / 2, row + _STALL_M[0] / 2]), 6))
-    ]
     return CarPark(
         area=Polygon(place(_rectangle(-half_m, 0.0, half_m, _DEPTH_M))),
         driveway=Polygon(place(_rectangle(-_DRIVEWAY_M / 2, -to_edge_m + kerb_m - 2, _DRIVEWAY_M / 2, 1))),
@@ -95,9 +90,19 @@ def _car_park(network: Network, index: int, side: int, stalls_per_row: int) -> C
                 np.column_stack([far_stalls, np.full(len(far_stalls), inward)]),
             ]
         ),
-        stall_lines=place(np.array(lines)),
+        stall_lines=place(_stall_lines(stall_x[~entrance], stall_x)),
         heading_rad=heading,
     )
+
+
+def _stall_lines(near_x: FloatArray, far_x: FloatArray) -> FloatArray:
+    """(L, 2, 2) ends of the lines beside stalls of the near and far row, whose middles are given, metres."""
+    lines = [
+        [[x, y], [x, y + _STALL_M[1]]]
+        for y, row in ((0.0, near_x), (_DEPTH_M - _STALL_M[1], far_x))
+        for x in np.unique(np.round(np.concatenate([row - _STALL_M[0] / 2, row + _STALL_M[0] / 2]), 6))
+    ]
+    return np.array(lines)
 
 
 def _rectangle(x_min: float, y_min: float, x_max: float, y_max: float) -> FloatArray:

@@ -120,6 +120,11 @@ def _markings(graph: MapGraph, layout: Layout) -> dict[str, list[Record]]:
         }
         for key, area in layout.stop_lines.items()
     ]
+    return {"ped_crossing": crossings, "stop_line": stop_lines, **_dividers(graph, layout)}
+
+
+def _dividers(graph: MapGraph, layout: Layout) -> dict[str, list[Record]]:
+    """Dividers between the lanes of one direction, and between the directions."""
     lane_dividers: list[Record] = []
     road_dividers: list[Record] = []
     for number, road in enumerate(layout.network.roads):
@@ -135,12 +140,7 @@ def _markings(graph: MapGraph, layout: Layout) -> dict[str, list[Record]]:
             segment = graph.token("road_segment", number)
             line_token = graph.add_line(np.asarray(line.coords))
             road_dividers.append({"token": record, "line_token": line_token, "road_segment_token": segment})
-    return {
-        "ped_crossing": crossings,
-        "stop_line": stop_lines,
-        "lane_divider": lane_dividers,
-        "road_divider": road_dividers,
-    }
+    return {"lane_divider": lane_dividers, "road_divider": road_dividers}
 
 
 def _incoming_side(layout: Layout, *, at_end: bool) -> int:
