@@ -74,25 +74,24 @@ def _car_park(network: Network, index: int, side: int, stalls_per_row: int) -> C
     island_near_m = (_DEPTH_M - _ISLAND_M) / 2
     stall_x = (np.arange(stalls_per_row, dtype=np.float64) - (stalls_per_row - 1) / 2) * _STALL_M[0]
     entrance = np.abs(stall_x) < _DRIVEWAY_M / 2 + _STALL_M[0] / 2
-    near, far = _STALL_M[1] / 2, _DEPTH_M - _STALL_M[1] / 2
     inward = float(np.arctan2(across[1], across[0]))
-    near_stalls = place(np.stack([stall_x[~entrance], np.full((~entrance).sum(), near)], -1))
-    far_stalls = place(np.stack([stall_x, np.full(stalls_per_row, far)], -1))
+    near = np.stack([stall_x[~entrance], np.full((~entrance).sum(), _STALL_M[1] / 2)], -1)
+    far = np.stack([stall_x, np.full(stalls_per_row, _DEPTH_M - _STALL_M[1] / 2)], -1)
     return CarPark(
         area=Polygon(place(_rectangle(-half_m, 0.0, half_m, _DEPTH_M))),
         driveway=Polygon(place(_rectangle(-_DRIVEWAY_M / 2, -to_edge_m + kerb_m - 2, _DRIVEWAY_M / 2, 1))),
         island=Polygon(
             place(_rectangle(-island_half_m, island_near_m, island_half_m, island_near_m + _ISLAND_M))
         ),
-        stalls=np.concatenate(
-            [
-                np.column_stack([near_stalls, np.full(len(near_stalls), inward + np.pi)]),
-                np.column_stack([far_stalls, np.full(len(far_stalls), inward)]),
-            ]
-        ),
+        stalls=np.concatenate([_stalls(place(near), inward + np.pi), _stalls(place(far), inward)]),
         stall_lines=place(_stall_lines(stall_x[~entrance], stall_x)),
         heading_rad=heading,
     )
+
+
+def _stalls(middles: FloatArray, heading_rad: float) -> FloatArray:
+    """(N, 3) x, y, heading of stalls whose (N, 2) middles are given, all facing one way."""
+    return np.column_stack([middles, np.full(len(middles), heading_rad)])
 
 
 def _stall_lines(near_x: FloatArray, far_x: FloatArray) -> FloatArray:
