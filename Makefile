@@ -7,14 +7,16 @@ METADATA := setup.cfg pyproject.toml
 PIP_FLAGS := --quiet --disable-pip-version-check
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test conformance conformance-env bench
+.PHONY: help install demo test slow conformance conformance-env bench bench-learn
 
 help:
-	@echo "make install      $(VENV) with the ogmkit command"
-	@echo "make demo         shards of the dataset in fixtures/ and pictures of them, under demo/"
+	@echo "make install      $(VENV) with the ogmkit command and what training needs"
+	@echo "make demo         shards, homographies, footprints, a small training and its table, under demo/"
 	@echo "make test         linters, types, import contract and tests"
+	@echo "make slow         the long tests: every system overfits four frames, masks of real size"
 	@echo "make conformance  ogmkit beside the official nuScenes devkit, in $(DEVKIT)"
 	@echo "make bench        the README's figures, measured side by side"
+	@echo "make bench-learn  every system trained on a synthetic world, one table; takes hours"
 
 define new_environment
 @$(PYTHON) -c 'import sys; sys.exit(None if sys.version_info >= (3, 11) else "ogmkit needs Python 3.11 or newer, \
@@ -24,11 +26,11 @@ endef
 
 $(VENV)/.installed: $(METADATA) constraints.txt
 	$(call new_environment,$(VENV))
-	$(VENV)/bin/python -m pip install $(PIP_FLAGS) -e . -c constraints.txt
+	$(VENV)/bin/python -m pip install $(PIP_FLAGS) -e '.[train]' -c constraints.txt
 	@touch $@
 
 $(VENV)/.installed-dev: $(VENV)/.installed
-	$(VENV)/bin/python -m pip install $(PIP_FLAGS) -e '.[dev]' -c constraints.txt
+	$(VENV)/bin/python -m pip install $(PIP_FLAGS) -e '.[dev,train,onnx]' -c constraints.txt
 	@touch $@
 
 $(DEVKIT)/.installed: $(METADATA) conformance/requirements.txt conformance/constraints.txt
@@ -39,6 +41,9 @@ $(DEVKIT)/.installed: $(METADATA) conformance/requirements.txt conformance/const
 install: $(VENV)/.installed
 	@echo "$(VENV)/bin/ogmkit is installed; $(VENV)/bin/ogmkit --help lists its commands."
 
+# Small enough for two cores and a minute; DeepLab on ResNet-101 at 448x800 is the default.
+SMALL := --encoder resnet18 --image-size 96x160 --optimizer adamw --workers 0
+
 demo: $(VENV)/.installed
 	$(VENV)/bin/ogmkit check fixtures/nuscenes-synthetic
 	$(VENV)/bin/ogmkit extract fixtures/nuscenes-synthetic demo/shards --overwrite --workers 2
@@ -48,8 +53,14 @@ demo: $(VENV)/.installed
 	$(VENV)/bin/ogmkit verify demo/shards
 	$(VENV)/bin/ogmkit inspect demo/shards
 	$(VENV)/bin/ogmkit preview demo/shards --out demo/pictures --view targets --view footprints --view stretch
+	$(VENV)/bin/ogmkit train homography demo/shards --out demo/runs/homography --overwrite $(SMALL) --epochs 12
+	$(VENV)/bin/ogmkit predict homography demo/shards --checkpoint demo/runs/homography --overwrite
+	$(VENV)/bin/ogmkit render-footprints demo/shards --homography network --scale 1 --overwrite
+	$(VENV)/bin/ogmkit train footprints demo/shards --out demo/runs/footprints --overwrite $(SMALL) --epochs 30
+	$(VENV)/bin/ogmkit evaluate demo/shards demo/runs/footprints --pictures demo/evaluation
 	@echo
-	@echo "Look at demo/pictures and demo/homographies.png; the shards they come from are demo/shards/*.h5."
+	@echo "Look at demo/pictures, demo/homographies.png and demo/evaluation; the shards they come from are"
+	@echo "demo/shards/*.h5, the trainings are in demo/runs. Twenty frames teach little: it shows the way, not the worth."
 
 test: $(VENV)/.installed-dev
 	$(VENV)/bin/ruff check .
@@ -57,6 +68,9 @@ test: $(VENV)/.installed-dev
 	$(VENV)/bin/mypy
 	$(VENV)/bin/lint-imports --config setup.cfg
 	$(VENV)/bin/pytest
+
+slow: $(VENV)/.installed-dev
+	$(VENV)/bin/pytest -m slow
 
 conformance-env: $(DEVKIT)/.installed
 
@@ -72,3 +86,6 @@ bench: $(VENV)/.installed $(DEVKIT)/.installed
 	@$(VENV)/bin/python benchmarks/workers.py
 	@$(VENV)/bin/python benchmarks/tables.py
 	@$(VENV)/bin/python benchmarks/startup.py
+
+bench-learn: $(VENV)/.installed-dev
+	$(VENV)/bin/python benchmarks/perception.py

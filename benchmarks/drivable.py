@@ -9,6 +9,7 @@ from measure import show, side_by_side
 from nuscenes.map_expansion.map_api import NuScenesMap
 from nuscenes.utils.map_mask import MapMask
 from PIL import Image
+from tiling import tiled
 
 from ogmkit.geometry.se3 import heading_rad, inverse, level_from_global, transform_points
 from ogmkit.grid import GridSpec
@@ -47,34 +48,9 @@ def tile_map(mask, source, destination, location):
     Image.fromarray(np.tile(pixels, TILES[::-1])).save(destination / "mask.png")
     name = f"maps/expansion/{location}.json"
     layers = json.loads((source / name).read_text(encoding="utf-8"))
-    tiled = {key: [] if isinstance(value, list) else value for key, value in layers.items()}
     size_m = np.array(pixels.shape[::-1]) / 10
-    tiled["canvas_edge"] = (size_m * TILES).tolist()
-    areas = {token for area in layers["drivable_area"] for token in area["polygon_tokens"]}
-    for tile in np.ndindex(TILES):
-        suffix = "-{}-{}".format(*tile)
-        east_m, north_m = size_m * tile
-        tiled["node"] += [
-            {"token": node["token"] + suffix, "x": node["x"] + east_m, "y": node["y"] + north_m}
-            for node in layers["node"]
-        ]
-        tiled["polygon"] += [renamed(row, suffix) for row in layers["polygon"] if row["token"] in areas]
-        tiled["drivable_area"] += [renamed(row, suffix) for row in layers["drivable_area"]]
-    (destination / name).write_text(json.dumps(tiled), encoding="utf-8")
+    (destination / name).write_text(json.dumps(tiled(layers, size_m, TILES)), encoding="utf-8")
     return size_m
-
-
-def renamed(record, suffix):
-    """A map record whose own and others' tokens carry a suffix."""
-    result = dict(record)
-    for key, value in record.items():
-        if key == "holes":
-            result[key] = [renamed(hole, suffix) for hole in value]
-        elif key == "token":
-            result[key] = value + suffix
-        elif key.endswith("_tokens"):
-            result[key] = [token + suffix for token in value]
-    return result
 
 
 def compare(title, root, location, png, poses):

@@ -26,3 +26,11 @@ class ShardError(OgmkitError):
 
 class OutputError(OgmkitError):
     """Results can't be written: no space, no permission, or the folder holds something else."""
+
+
+class TrainingError(OgmkitError):
+    """A training can't go on: it diverged, or has nothing to learn from."""
+
+
+class CheckpointError(OgmkitError):
+    """A checkpoint or the folder of a run is absent, damaged, of another system, or not ogmkit's."""

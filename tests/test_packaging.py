@@ -55,17 +55,31 @@ def list_of(config, section, key):
     return config[section][key].split()
 
 
-def third_party_imports():
-    """Top-level names that library and commands import from elsewhere."""
+LEARN = ROOT / "ogmkit" / "learn"
+
+
+def third_party_imports(modules):
+    """Top-level names that these modules import from elsewhere."""
     found = set()
-    for path in (ROOT / "ogmkit").rglob("*.py"), (ROOT / "cli").rglob("*.py"):
-        for module in path:
-            for node in ast.walk(ast.parse(module.read_text(encoding="utf-8"))):
-                if isinstance(node, ast.Import):
-                    found |= {alias.name.split(".")[0] for alias in node.names}
-                elif isinstance(node, ast.ImportFrom) and not node.level and node.module:
-                    found.add(node.module.split(".")[0])
+    for module in modules:
+        for node in ast.walk(ast.parse(module.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                found |= {alias.name.split(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and not node.level and node.module:
+                found.add(node.module.split(".")[0])
     return found - set(sys.stdlib_module_names) - {"ogmkit"}
+
+
+def modules(*, learn):
+    """Modules below `ogmkit/learn`, or all others of library and commands."""
+    paths = [*(ROOT / "ogmkit").rglob("*.py"), *(ROOT / "cli").rglob("*.py")]
+    return [path for path in paths if path.is_relative_to(LEARN) == learn]
+
+
+def distributions(names):
+    """The distributions that these top-level names come from."""
+    known = metadata.packages_distributions()
+    return {canonical(name) for top in names for name in known.get(top, [top])}
 
 
 def canonical(name):
@@ -103,15 +117,28 @@ def test_installed_version_and_script_are_these():
     assert script.load().name == "main"
 
 
+def required(config, *extras):
+    lines = _lines(config["options"]["install_requires"])
+    lines += [line for extra in extras for line in _lines(config["options.extras_require"][extra])]
+    return {canonical(Requirement(line).name) for line in lines}
+
+
 def test_core_imports_its_requirements_and_no_extra(config):
-    distributions = metadata.packages_distributions()
-    imported = {canonical(name) for top in third_party_imports() for name in distributions.get(top, [top])}
-    required = {canonical(Requirement(line).name) for line in _lines(config["options"]["install_requires"])}
-    assert imported <= required
+    assert distributions(third_party_imports(modules(learn=False))) <= required(config)
+
+
+def test_learn_imports_the_core_and_its_extras(config):
+    imported = third_party_imports(modules(learn=True))
+    if any(name not in metadata.packages_distributions() for name in imported):
+        pytest.skip("not installed: pip install 'ogmkit[train,onnx]'")
+    assert distributions(imported) <= required(config, "train", "onnx")
 
 
 def test_constraints_pin_every_requirement(config):
-    lines = _lines(config["options"]["install_requires"]) + _lines(config["options.extras_require"]["dev"])
+    extras = config["options.extras_require"]
+    lines = [
+        line for lines in (config["options"]["install_requires"], *extras.values()) for line in _lines(lines)
+    ]
     pins = dict(line.split("==") for line in _lines((ROOT / "constraints.txt").read_text()) if line[0] != "#")
     pins = {canonical(name): version for name, version in pins.items()}
     for requirement in map(Requirement, lines):

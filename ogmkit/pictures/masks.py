@@ -9,17 +9,14 @@ import numpy as np
 from ogmkit.errors import ShardError
 from ogmkit.footprints.warp import warp_to_bev
 from ogmkit.geometry.camera import image_from_resized
-from ogmkit.homography.methods import METHODS
 from ogmkit.shards import schema
 from ogmkit.shards.additions import added_values
 from ogmkit.shards.crosschecks_added import origin_problem
 from ogmkit.shards.reader import REMEDY, Shard
+from ogmkit.shards.remedies import footprints_command, homography_command
 from ogmkit.typing import FloatArray, UInt8Array
 
 DEFAULT_SET = "surface"
-FULL_BODY = "full-body"
-
-_PROJECTED = "-project"
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +126,7 @@ def open_sets(shard: Shard, camera: str, names: Sequence[str]) -> tuple[MaskSet,
     if homography not in known:
         raise ShardError(
             f"{shard.path}: {camera} has no homography {homography!r} (it has {', '.join(known) or 'none'}); "
-            f"run `ogmkit homography-fit {shard.path.parent} --method {homography}`"
+            f"run `{homography_command(shard.path.parent, homography)}`"
         )
     for name in names:
         problem = origin_problem(shard, camera, name)
@@ -148,16 +145,6 @@ def _values(shard: Shard, camera: str, name: str) -> dict[str, Any]:
         known = ", ".join(shard.added(camera, schema.FOOTPRINTS.name)) or "none"
         raise ShardError(
             f"{shard.path}: {camera} has no footprints {name!r} (it has {known}); "
-            f"run `ogmkit render-footprints {shard.path.parent} {_options(name)}`"
+            f"run `{footprints_command(shard.path.parent, name)}`"
         )
     return values
-
-
-def _options(name: str) -> str:
-    """The options of `ogmkit render-footprints` that make a set of this name."""
-    if name == FULL_BODY:
-        return "--method full-body"
-    source = name.removesuffix(_PROJECTED)
-    if source not in METHODS:
-        return f"--name {name}"
-    return f"--method {'warp' if name == source else 'project'} --homography {source}"

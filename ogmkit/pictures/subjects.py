@@ -12,9 +12,10 @@ from ogmkit.pictures.bev_panel import Plan, draw_paths, draw_plane
 from ogmkit.pictures.camera_panel import draw_camera, draw_masks, draw_photo
 from ogmkit.pictures.canvas import MUTED, PAGE, PANEL, Canvas, resize
 from ogmkit.pictures.cells import agreement_colours, overlap, target_colours
-from ogmkit.pictures.masks import FULL_BODY, Masks, MaskSet
+from ogmkit.pictures.masks import Masks, MaskSet
 from ogmkit.pictures.sheet import GAP, Panel, draw_tile
 from ogmkit.pictures.views import View
+from ogmkit.shards.remedies import FULL_BODY
 from ogmkit.typing import UInt8Array
 
 CAMERA_SIZE = PLANE_SIZE = 450, 800

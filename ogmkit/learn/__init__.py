@@ -1,0 +1,1 @@
+"""Networks on shards: the only place with torch; needs the extra `train`."""

@@ -1,0 +1,1 @@
+"""Samples for training: read from shards, resized, augmented, batched."""

@@ -1,0 +1,48 @@
+"""What is read for a sample, before it becomes tensors: the form that augmentation works on."""
+
+from dataclasses import dataclass
+
+from ogmkit.typing import BoolArray, Float32Array, FloatArray, IntArray, UInt8Array
+
+
+@dataclass(frozen=True, eq=False)
+class SampleArrays:
+    """T consecutive frames of one camera; parts that are not asked for are None.
+
+    Attributes:
+        image_size: (T, 2) int64 height and width that images have, or would have, after resizing.
+        image: (T, h, w, 3) uint8 RGB.
+        masks: (T, 2, h, w) uint8 0/1 drivable and vehicles, at the images' pixels.
+        bev: (T, 2, rows, columns) uint8 0/1 drivable and vehicles, on the shard's grid.
+        known_columns: (columns,) bool of that grid: whether `bev` is the truth there.
+        bev_from_image: (T, 3, 3) float64 from pixels of the resized image; NaN where invalid.
+        homography_valid: (T,) bool.
+        intrinsics: (T, 3, 3) float64 of the resized image.
+        level_from_camera: (T, 4, 4) float64.
+        points_level: T arrays of (P, 4) float32 x, y, z, intensity.
+        past: (6, 2) float64 x, y in metres, level frame of the last frame.
+        future: (6, 2) float64, as `past`.
+        trajectory_valid: () bool.
+        positions: (T, 2) float64 of the ego at each image, level frame of the last one.
+    """
+
+    image_size: IntArray
+    image: UInt8Array | None = None
+    masks: UInt8Array | None = None
+    bev: UInt8Array | None = None
+    known_columns: BoolArray | None = None
+    bev_from_image: FloatArray | None = None
+    homography_valid: BoolArray | None = None
+    intrinsics: FloatArray | None = None
+    level_from_camera: FloatArray | None = None
+    points_level: tuple[Float32Array, ...] | None = None
+    past: FloatArray | None = None
+    future: FloatArray | None = None
+    trajectory_valid: BoolArray | None = None
+    positions: FloatArray | None = None
+
+
+def scaled(bev_from_image: FloatArray) -> FloatArray:
+    """Homographies (..., 3, 3) at the shards' scale, |h33| = 1, their sign kept: w > 0 on the ground."""
+    result: FloatArray = bev_from_image / abs(bev_from_image[..., 2:, 2:])
+    return result

@@ -1,0 +1,115 @@
+"""Frame samples: one image with what is known of it, as tensors."""
+
+from dataclasses import replace
+
+import torch
+from torch import Tensor
+from torch.utils.data import Dataset
+
+from ogmkit.errors import SettingsError
+from ogmkit.grid import GridSpec
+from ogmkit.learn.data.arrays import SampleArrays
+from ogmkit.learn.data.augment import Augmentation
+from ogmkit.learn.data.coarse import coarse_grid
+from ogmkit.learn.data.index import FrameIndex
+from ogmkit.learn.data.pool import ShardPool
+from ogmkit.learn.data.reading import Rows, read_sample
+from ogmkit.learn.data.spec import SampleSpec
+from ogmkit.learn.data.tensors import Sample, per_frame_tensors, trajectory_tensors
+
+
+class FrameDataset(Dataset[Sample]):
+    """Single frames of shards.
+
+    A sample is a dictionary; it holds what the specification asks for:
+
+    - `image`: (3, h, w) float32 RGB, 0 … 1.
+    - `masks`: (2, h, w) float32 0/1, drivable and vehicles in camera view, at the image's pixels.
+    - `bev`: (2, R, C) float32 0/1, drivable and vehicles on the own grid, by majority of the shard's cells.
+    - `bev_known`: (R, C) float32 0/1, 0 where a flip brought in cells from outside the grid.
+    - `bev_from_image`: (3, 3) float64 from pixels of `image` to cells of the shard's grid, w > 0 on ground,
+      |h33| = 1; NaN where `homography_valid`, () bool, is False.
+    - `intrinsics`: (3, 3) float64 of `image`; `level_from_camera`: (4, 4) float64.
+    - `lidar`: (3, R, C) float32 on the own grid (see `ogmkit.learn.data.lidar_image`).
+    - `past`, `future`: (6, 2) float32 metres, level frame; NaN where missing; `trajectory_valid`: () bool.
+    - `camera`: () int64 place among `cameras`; `index`: () int64 place in the dataset; these always.
+
+    Args:
+        index: which frames.
+        spec: what samples hold.
+        augment: what is done to samples that are asked for with a seed.
+
+    Attributes:
+        cameras: channels.
+        grid: the shards'.
+        own_grid: of BEV truth and LiDAR images; None where neither is asked for.
+
+    Raises:
+        SettingsError: the specification contradicts itself or the grid, or a flip does.
+    """
+
+    length = 1
+    """Consecutive frames of a sample; the index names the last."""
+
+    def __init__(self, index: FrameIndex, spec: SampleSpec, *, augment: Augmentation | None = None) -> None:
+        if spec.masks is not None and spec.image_size is None:
+            raise SettingsError("sample: masks come at the image's pixels, so they need an image size")
+        if (spec.bev or spec.lidar) and spec.bev_cell_m is None:
+            raise SettingsError("sample: BEV truth and LiDAR images need the side of a BEV cell")
+        if augment is not None:
+            augment.require_grid(index.grid)
+        self.cameras = index.cameras
+        self.grid = index.grid
+        self.own_grid, self._factor = _own_grid(index.grid, spec)
+        self._index = index
+        self._spec = spec
+        self._augment = augment
+        self._pool = ShardPool(index.paths)
+
+    def __len__(self) -> int:
+        return len(self._index)
+
+    def __getitem__(self, key: int | tuple[int, int]) -> Sample:
+        """Read a sample.
+
+        Args:
+            key: its place; or its place and the seed of its augmentation.
+
+        Raises:
+            ShardError: the shard is damaged.
+            DataFileError: an image is absent or damaged.
+        """
+        i, seed = (key, None) if isinstance(key, int) else key
+        arrays = read_sample(self._rows(i), self._spec, self._index.image_root)
+        if self._augment is not None and seed is not None:
+            arrays = self._augment.apply(arrays, self.grid, seed)
+        place = {"camera": torch.tensor(int(self._index.camera[i])), "index": torch.tensor(i)}
+        return self._tensors(arrays) | place
+
+    def place(self, i: int) -> tuple[str, str, int]:
+        """Scene, camera and frame of a sample."""
+        return self._index.place(i)
+
+    def name(self, i: int) -> str:
+        """What messages call a sample: scene, camera, frame and the sample's token."""
+        scene, camera, frame = self.place(i)
+        token = replace(self._rows(i), rows=slice(frame, frame + 1)).texts("sample_token")[0]
+        return f"{scene} {camera} frame {frame} ({token})"
+
+    def source_size(self, i: int) -> tuple[int, int]:
+        """(height, width) of a sample's image before it is resized; of a sequence, the last one's."""
+        height, width = (int(side) for side in self._rows(i).column("image_size")[-1])
+        return height, width
+
+    def _rows(self, i: int) -> Rows:
+        _, camera, last = self.place(i)
+        shard = self._pool.shard(int(self._index.shard[i]))
+        return Rows(shard, camera, slice(last + 1 - self.length, last + 1))
+
+    def _tensors(self, arrays: SampleArrays) -> dict[str, Tensor]:
+        whole = per_frame_tensors(arrays, self.own_grid, self._factor)
+        return {name: frames[0] for name, frames in whole.items()} | trajectory_tensors(arrays)
+
+
+def _own_grid(grid: GridSpec, spec: SampleSpec) -> tuple[GridSpec | None, int]:
+    return (None, 1) if spec.bev_cell_m is None else coarse_grid(grid, spec.bev_cell_m)

@@ -1,0 +1,84 @@
+"""Training and validation data of a folder of shards, as Lightning takes them."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from lightning import LightningDataModule
+
+from ogmkit.learn.data.augment import Augmentation
+from ogmkit.learn.data.frames import FrameDataset
+from ogmkit.learn.data.index import index_frames
+from ogmkit.learn.data.loader import BatchLoader, EpochBatches, loader
+from ogmkit.learn.data.spec import SampleSpec
+
+
+class ShardDataModule(LightningDataModule):
+    """Frames of training and validation scenes; both leave out frames that lack something valid.
+
+    Its loaders divide the batches among devices by themselves: the trainer needs
+    `use_distributed_sampler=False`.
+
+    Args:
+        out: a folder that `ogmkit extract` wrote.
+        train: names of scenes.
+        val: names of scenes.
+        cameras: channels; none stands for all of the folder's.
+        spec: what samples hold.
+        augmentation: of training samples; None leaves them as they are.
+        batch_size: samples of a batch, on each device.
+        workers: processes that read ahead, for each of the two loaders.
+        seed: of order and augmentation.
+        limit_frames: most frames of either set, evenly spread; None takes all.
+
+    Attributes:
+        train_set: training frames.
+        val_set: validation frames.
+        train_batches: order of the training's batches; set its `epoch` and `skip` to go on in mid-epoch.
+
+    Raises:
+        SettingsError, ShardError, TrainingError: see `index_frames`, `FrameDataset` and `EpochBatches`.
+    """
+
+    def __init__(
+        self,
+        out: Path,
+        train: Sequence[str],
+        val: Sequence[str],
+        cameras: Sequence[str],
+        spec: SampleSpec,
+        *,
+        augmentation: Augmentation | None = None,
+        batch_size: int = 8,
+        workers: int = 0,
+        seed: int = 0,
+        limit_frames: int | None = None,
+    ) -> None:
+        super().__init__()
+        train_index, val_index = (
+            index_frames(out, scenes, cameras, needs=spec, limit=limit_frames) for scenes in (train, val)
+        )
+        self.train_set = FrameDataset(train_index, spec, augment=augmentation)
+        self._plain_train_set = FrameDataset(train_index, spec)
+        self._batch_size = batch_size
+        self.val_set = FrameDataset(val_index, spec)
+        self.train_batches = EpochBatches(len(self.train_set), batch_size, seed=seed, shuffle=True)
+        self._val_batches = EpochBatches(len(self.val_set), batch_size, seed=seed, shuffle=False)
+        self._workers = workers
+
+    def train_dataloader(self) -> BatchLoader:
+        """Training batches, shuffled and augmented."""
+        return self._loader(self.train_set, self.train_batches)
+
+    def plain_train_dataloader(self) -> BatchLoader:
+        """Training frames in order and as they are, for statistics."""
+        batches = EpochBatches(len(self.train_set), self._batch_size, seed=0, shuffle=False)
+        return loader(self._plain_train_set, batches, workers=0)
+
+    def val_dataloader(self) -> BatchLoader:
+        """Validation batches, in order."""
+        return self._loader(self.val_set, self._val_batches)
+
+    def _loader(self, dataset: FrameDataset, batches: EpochBatches) -> BatchLoader:
+        if self.trainer is not None:
+            batches.rank, batches.world = self.trainer.global_rank, self.trainer.world_size
+        return loader(dataset, batches, workers=self._workers)

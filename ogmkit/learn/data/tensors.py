@@ -1,0 +1,76 @@
+"""Samples as tensors, by the names that networks know."""
+
+import cv2
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from ogmkit.grid import GridSpec
+from ogmkit.learn.data.arrays import SampleArrays
+from ogmkit.learn.data.coarse import majority
+from ogmkit.learn.data.lidar_image import lidar_image
+from ogmkit.typing import UInt8Array
+
+Sample = dict[str, Tensor]
+
+_PER_LEVEL = np.float32(1 / 255)
+
+
+def per_frame_tensors(arrays: SampleArrays, own_grid: GridSpec | None, factor: int) -> Sample:
+    """The parts that belong to an image, with a leading axis of T.
+
+    Args:
+        arrays: what was read.
+        own_grid: of BEV truth and LiDAR images.
+        factor: cells of the shard's grid along the side of one of the own grid's.
+    """
+    sample: Sample = {}
+    if arrays.image is not None:
+        sample["image"] = _image_tensor(arrays.image)
+    if arrays.masks is not None:
+        sample["masks"] = _float32(arrays.masks)
+    if arrays.bev is not None and arrays.known_columns is not None:
+        sample["bev"] = _float32(majority(arrays.bev, factor))
+        known = _float32(np.all(arrays.known_columns.reshape(-1, factor), axis=1))
+        frames, _, rows, columns = sample["bev"].shape
+        sample["bev_known"] = known.expand(frames, rows, columns)
+    if arrays.points_level is not None and own_grid is not None:
+        images = np.stack([lidar_image(points, own_grid) for points in arrays.points_level])
+        sample["lidar"] = torch.from_numpy(images)
+    for name in ("bev_from_image", "homography_valid", "intrinsics", "level_from_camera"):
+        value = getattr(arrays, name)
+        if value is not None:
+            sample[name] = torch.from_numpy(value)
+    return sample
+
+
+def trajectory_tensors(arrays: SampleArrays) -> Sample:
+    """Past and future of the last frame."""
+    if arrays.past is None or arrays.future is None or arrays.trajectory_valid is None:
+        return {}
+    return {
+        "past": _float32(arrays.past),
+        "future": _float32(arrays.future),
+        "trajectory_valid": torch.tensor(bool(arrays.trajectory_valid)),
+    }
+
+
+def positions_tensor(arrays: SampleArrays) -> Sample:
+    """Where the ego was at each image."""
+    return {} if arrays.positions is None else {"positions": _float32(arrays.positions)}
+
+
+def _image_tensor(images: UInt8Array) -> Tensor:
+    """(T, 3, h, w) float32 0 … 1 of (T, h, w, 3): by plane, since numpy is slow over every third byte."""
+    frames, height, width, channels = images.shape
+    scaled = np.empty((frames, channels, height, width), np.float32)
+    for image, planes in zip(images, scaled, strict=True):
+        for levels, plane in zip(cv2.split(image), planes, strict=True):
+            np.multiply(levels, _PER_LEVEL, out=plane)
+    return torch.from_numpy(scaled)
+
+
+def _float32(array: NDArray[np.generic]) -> Tensor:
+    """Converted by numpy: the pages that it takes are large, so a raster's are mapped much faster."""
+    return torch.from_numpy(array.astype(np.float32, order="C"))
