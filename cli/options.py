@@ -2,7 +2,7 @@
 
 import functools
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -25,10 +25,23 @@ def image_size(value: str | tuple[int, int]) -> tuple[int, int]:
     """An option's type: WIDTHxHEIGHT, such as 800x450, as (height, width); a tuple (a default) passes."""
     if isinstance(value, tuple):
         return value
+    width, height = _two_numbers(value, "WIDTHxHEIGHT, such as 800x450")
+    return height, width
+
+
+def tensor_size(value: str | Sequence[int]) -> tuple[int, int]:
+    """An option's type: HEIGHTxWIDTH, such as 448x800, as (height, width); two numbers (a default) pass."""
+    if not isinstance(value, str):
+        height, width = value
+        return int(height), int(width)
+    return _two_numbers(value, "HEIGHTxWIDTH, such as 448x800")
+
+
+def _two_numbers(value: str, form: str) -> tuple[int, int]:
     match = re.fullmatch(r"([1-9]\d{0,4})x([1-9]\d{0,4})", value, re.ASCII | re.IGNORECASE)
     if match is None:
-        raise click.BadParameter(f"{value!r} is not WIDTHxHEIGHT, such as 800x450")
-    return int(match[2]), int(match[1])
+        raise click.BadParameter(f"{value!r} is not {form}")
+    return int(match[1]), int(match[2])
 
 
 dataroot_argument = click.argument("dataroot", type=_FOLDER)
@@ -65,6 +78,12 @@ split_file_option = click.option(
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
     help="JSON file: split name → list of scene names.  [default: the dataset's splits.json, else the "
     "official splits]",
+)
+
+shards_split_file_option = click.option(
+    "--split-file",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="JSON file: split name → list of scene names.  [default: the splits that the shards were made with]",
 )
 
 categories_option = click.option(

@@ -57,7 +57,7 @@ def command(
     frames: int,
     dataroot: Path | None,
 ) -> None:
-    r"""Draw contact sheets of extracted frames.
+    """Draw contact sheets of extracted frames.
 
     One PNG for each scene and camera of OUT, the folder that `ogmkit extract` wrote, and for each view:
 
@@ -71,7 +71,7 @@ def command(
     masks       image, masks in the camera's view, masks from above
 
     Writes the files' names to stdout.
-    """
+    """  # noqa: D301  # Click wants the character
     from ogmkit.pictures.preview import preview
 
     with progress(None, "sheets", "preview") as advance:

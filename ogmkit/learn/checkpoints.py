@@ -1,0 +1,168 @@
+"""Checkpoints: what they carry besides weights, and reading them without trusting them."""
+
+import dataclasses
+import pickle
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Self
+
+import torch
+from lightning.fabric.plugins.io.torch_io import TorchCheckpointIO
+
+from ogmkit import __version__
+from ogmkit.errors import CheckpointError, OgmkitError, SettingsError
+from ogmkit.grid import GridSpec
+from ogmkit.learn.settings import TrainSettings
+from ogmkit.learn.systems.base import System
+from ogmkit.learn.systems.registry import build_system
+from ogmkit.shards.atomic import replacing
+
+_Path = str | Path
+
+KEY = "ogmkit"
+"""Of our own part of a checkpoint, which is Lightning's otherwise."""
+FORMAT_VERSION = 1
+LAST, BEST = "last.ckpt", "best.ckpt"
+
+AGAIN = "train again, or choose another checkpoint"
+
+
+@dataclass(frozen=True)
+class Card:
+    """What a checkpoint says of itself.
+
+    Attributes:
+        settings: of the training.
+        grid: of the shards it was trained on.
+        cameras: channels, in the order that the system numbers them.
+        epoch: the one that goes on, from 0.
+        batches: batches of it that are done.
+        package_version: ogmkit's that wrote it.
+    """
+
+    settings: TrainSettings
+    grid: GridSpec
+    cameras: tuple[str, ...]
+    epoch: int = 0
+    batches: int = 0
+    package_version: str = __version__
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values, as `torch.load(weights_only=True)` takes them."""
+        return {
+            "format_version": FORMAT_VERSION,
+            "settings": self.settings.to_dict(),
+            "grid": dataclasses.asdict(self.grid),
+            "cameras": list(self.cameras),
+            "epoch": self.epoch,
+            "batches": self.batches,
+            "package_version": self.package_version,
+        }
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, Any]) -> Self:
+        """The inverse of `to_dict`.
+
+        Raises:
+            SettingsError: settings or grid are out of range.
+            KeyError, TypeError, ValueError: something is missing or of another kind.
+        """
+        return cls(
+            settings=TrainSettings.from_dict(values["settings"]),
+            grid=GridSpec(**values["grid"]),
+            cameras=tuple(str(camera) for camera in values["cameras"]),
+            epoch=int(values["epoch"]),
+            batches=int(values["batches"]),
+            package_version=str(values["package_version"]),
+        )
+
+
+class AtomicCheckpointIO(TorchCheckpointIO):
+    """Lightning's reading and writing of checkpoints: whole or not at all, and weights only."""
+
+    def save_checkpoint(
+        self, checkpoint: dict[str, Any], path: _Path, storage_options: object = None
+    ) -> None:
+        """Write beside the place, then rename.
+
+        Raises:
+            OutputError: the system refuses to write.
+        """
+        del storage_options
+        with replacing(Path(path)) as part:
+            torch.save(checkpoint, part)
+
+    def load_checkpoint(
+        self, path: _Path, map_location: object = None, weights_only: bool | None = None
+    ) -> dict[str, Any]:
+        """Read tensors and plain values.
+
+        Raises:
+            CheckpointError: as `read_checkpoint`.
+        """
+        del weights_only, map_location
+        return read_checkpoint(Path(path))[1]
+
+
+def checkpoint_file(path: Path) -> Path:
+    """The checkpoint that a path means: itself, or the best one of a RUN folder.
+
+    Raises:
+        CheckpointError: there is none.
+    """
+    if path.is_file():
+        return path
+    for name in (BEST, LAST):
+        if (path / name).is_file():
+            return path / name
+    raise CheckpointError(f"{path}: is no checkpoint and holds none; choose a RUN that `ogmkit train` wrote")
+
+
+def read_checkpoint(path: Path) -> tuple[Card, dict[str, Any]]:
+    """What a checkpoint says of itself, and all of its content, on the CPU.
+
+    Raises:
+        CheckpointError: the file is absent, cut short, holds more than weights and plain values, isn't
+            ogmkit's, or is of another format version.
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of foreign files; what matters is raised
+            content = torch.load(path, map_location="cpu", weights_only=True)
+    except OSError as error:
+        raise CheckpointError(f"{path}: can't be read ({error.strerror or error}); {AGAIN}") from error
+    except (pickle.UnpicklingError, RuntimeError, ValueError, EOFError, KeyError, TypeError) as error:
+        raise CheckpointError(
+            f"{path}: is damaged, or holds more than weights and plain values; nothing of it was run; {AGAIN}"
+        ) from error
+    values = content.get(KEY) if isinstance(content, dict) else None
+    if not isinstance(values, dict) or not isinstance(content.get("state_dict"), dict):
+        raise CheckpointError(f"{path}: is no checkpoint of ogmkit; {AGAIN}")
+    if values.get("format_version") != FORMAT_VERSION:
+        found = values.get("format_version")
+        raise CheckpointError(f"{path}: has checkpoint format {found}, not {FORMAT_VERSION}; {AGAIN}")
+    try:
+        return Card.from_dict(values), content
+    except (KeyError, TypeError, ValueError, OgmkitError) as error:
+        raise CheckpointError(f"{path}: what it says of itself is damaged ({error}); {AGAIN}") from error
+
+
+def load_system(path: Path) -> tuple[Card, System]:
+    """The trained system of a checkpoint, on the CPU and ready to predict.
+
+    Raises:
+        CheckpointError: as `read_checkpoint`, or the weights are not this system's.
+    """
+    card, content = read_checkpoint(path)
+    fresh = dataclasses.replace(card.settings, encoder_weights=None)  # they are in the checkpoint
+    try:
+        system = build_system(fresh, card.grid, card.cameras)
+        system.load_state_dict(content["state_dict"])
+    except (RuntimeError, SettingsError) as error:
+        reason = str(error).splitlines()[0]
+        raise CheckpointError(
+            f"{path}: its weights are no {card.settings.system} ({reason}); {AGAIN}"
+        ) from error
+    return card, system.eval()

@@ -1,0 +1,105 @@
+"""The folder of a training: what it was made with, and whether a training may go on in it."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from ogmkit.errors import CheckpointError, OutputError
+from ogmkit.learn.settings import TrainSettings
+from ogmkit.shards.atomic import output_errors, replacing, write_json
+from ogmkit.shards.settings import differences
+
+CONFIG = "config.yaml"
+SPLITS = "splits.json"
+"""The scenes of both splits, as a split file."""
+METRICS = "metrics.csv"
+SAMPLES = "samples.png"
+TENSORBOARD = "tensorboard"
+
+_MAX_BYTES = 1 << 20
+
+
+def as_yaml(settings: TrainSettings) -> str:
+    """The settings as a YAML file has them."""
+    text: str = yaml.safe_dump(settings.to_dict(), sort_keys=False, allow_unicode=True)
+    return text
+
+
+def read_yaml(path: Path) -> dict[str, Any]:
+    """The mapping in a YAML file.
+
+    Raises:
+        CheckpointError: it is absent, too large, no YAML, or no mapping.
+    """
+    try:
+        if path.stat().st_size > _MAX_BYTES:
+            raise CheckpointError(f"{path}: is too large for settings; choose another file")
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise CheckpointError(f"{path}: can't be read ({error.strerror}); choose another file") from error
+    except (yaml.YAMLError, ValueError) as error:
+        reason = " ".join(str(error).split())
+        raise CheckpointError(f"{path}: is no YAML ({reason}); correct it") from error
+    if not isinstance(content, dict) or not all(isinstance(key, str) for key in content):
+        raise CheckpointError(f"{path}: holds no mapping of setting: value; correct it")
+    return content
+
+
+def open_folder(
+    run: Path,
+    settings: TrainSettings,
+    scenes: Mapping[str, tuple[str, ...]],
+    *,
+    overwrite: bool,
+) -> None:
+    """Make the folder of a training, or find that a training of the same settings may go on in it.
+
+    Args:
+        run: the folder.
+        settings: of the training.
+        scenes: split → its scenes.
+        overwrite: begin anew where there is a training already.
+
+    Raises:
+        OutputError: the folder holds something else, or a training with other settings or scenes.
+    """
+    with output_errors(run):
+        run.mkdir(parents=True, exist_ok=True)
+        names = {path.name for path in run.iterdir()}
+    if names and CONFIG not in names:
+        raise OutputError(f"{run}: is not empty, and no training made it; choose another --out")
+    if names and not overwrite:
+        _require_same(run, settings, scenes)
+    if overwrite:
+        _clear(run)
+    with replacing(run / CONFIG) as part:
+        part.write_text(as_yaml(settings), encoding="utf-8")
+    write_json(run / SPLITS, scenes)
+
+
+def _require_same(run: Path, settings: TrainSettings, scenes: Mapping[str, tuple[str, ...]]) -> None:
+    there, here = read_yaml(run / CONFIG), settings.to_dict()
+    for name in settings.resumable:
+        there.pop(name, None)
+        here.pop(name, None)
+    different = differences(here, there)
+    if different:
+        raise OutputError(
+            f"{run}: a training with other settings is there: {', '.join(different)}; "
+            "use --overwrite or another --out"
+        )
+    if (run / SPLITS).is_file():
+        known = {split: tuple(names) for split, names in read_yaml(run / SPLITS).items()}
+        if known != dict(scenes):
+            raise OutputError(f"{run}: a training on other scenes is there; use --overwrite or another --out")
+
+
+def _clear(run: Path) -> None:
+    """Remove what a training wrote, and nothing else; the settings last, by which it is known."""
+    with output_errors(run):
+        for path in (run / TENSORBOARD).glob("events.out.tfevents.*"):
+            path.unlink()
+        for name in ("last.ckpt", "best.ckpt", METRICS, SAMPLES, SPLITS, CONFIG):
+            (run / name).unlink(missing_ok=True)

@@ -1,0 +1,139 @@
+"""Checkpoints of a training: where it stands, so that it can go on exactly there."""
+
+import dataclasses
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+from lightning.pytorch import Callback, LightningModule, Trainer
+
+from ogmkit.learn.checkpoints import BEST, KEY, LAST, AtomicCheckpointIO, Card
+from ogmkit.learn.data.loader import EpochBatches
+from ogmkit.learn.systems.base import System
+
+
+class Interrupted(Exception):  # noqa: N818  # no error
+    """The user pressed Ctrl-C, and the step is saved.
+
+    Not a KeyboardInterrupt: Lightning would end the process on that.
+    """
+
+
+class Checkpoints(Callback):
+    """Saves the last and the best state, and stops at a step's end on Ctrl-C.
+
+    Args:
+        run: the training's folder.
+        card: what the checkpoints say of themselves; epoch and batches are filled in.
+        batches: the sampler of training batches, which follows the epoch.
+    """
+
+    def __init__(self, run: Path, card: Card, batches: EpochBatches) -> None:
+        self._run = run
+        self._card = card
+        self._batches = batches
+        self._done = card.epoch, card.batches
+        self._saved_step = 0
+        self.resumed_step = 0
+        self._best: float | None = None
+        self._interrupted = False
+
+    @property
+    def step(self) -> int:
+        """Steps done when the state was last saved."""
+        return self._saved_step
+
+    @property
+    def best(self) -> float | None:
+        """The best score so far; None before the first validation."""
+        return self._best
+
+    @contextmanager
+    def holding_interrupts(self) -> Iterator[None]:
+        """Inside, Ctrl-C waits for the end of a step; a second one doesn't.
+
+        Raises:
+            Interrupted: at the step's end, when it is saved.
+        """
+        if threading.current_thread() is not threading.main_thread():
+            yield  # Python raises KeyboardInterrupt in the main thread only
+            return
+        previous = signal.signal(signal.SIGINT, self._interrupt)
+        try:
+            yield
+        finally:
+            signal.signal(signal.SIGINT, previous)
+
+    def on_train_epoch_start(self, trainer: Trainer, pl_module: LightningModule) -> None:
+        """A whole epoch begins."""
+        self._batches.epoch, self._batches.skip = trainer.current_epoch, 0
+
+    def on_train_batch_end(
+        self, trainer: Trainer, pl_module: LightningModule, outputs: object, batch: object, batch_idx: int
+    ) -> None:
+        """Save where it is time to, but never between the parts of an accumulated step."""
+        self._done = trainer.current_epoch, batch_idx + 1
+        stepped = trainer.global_step > self._saved_step and not trainer.fit_loop._should_accumulate()
+        if stepped and not trainer.is_last_batch:  # at the epoch's end, validation comes first
+            self._save_if_due(trainer)
+
+    def on_validation_end(self, trainer: Trainer, pl_module: LightningModule) -> None:
+        """Save the best state."""
+        if trainer.sanity_checking or not isinstance(pl_module, System):
+            return
+        score = float(trainer.callback_metrics[f"val/{pl_module.score_name}"])
+        sign = pl_module.score_sign
+        if self._best is None or sign * score > sign * self._best:
+            self._best = score
+            self._done = trainer.current_epoch + 1, 0
+            self._save_best(trainer, pl_module)
+
+    def on_train_epoch_end(self, trainer: Trainer, pl_module: LightningModule) -> None:
+        """Save where it is time to, and at the end."""
+        self._done = trainer.current_epoch + 1, 0
+        steps, epochs = self._card.settings.max_steps, self._card.settings.epochs
+        ends = trainer.current_epoch + 1 >= epochs or (steps is not None and trainer.global_step >= steps)
+        self._save_if_due(trainer, ends=ends)
+
+    def on_save_checkpoint(
+        self, trainer: Trainer, pl_module: LightningModule, checkpoint: dict[str, Any]
+    ) -> None:
+        """Add what the checkpoint says of itself."""
+        checkpoint[KEY] = self._card_now()
+
+    def state_dict(self) -> dict[str, Any]:
+        """What a resumed training needs to know."""
+        return {"best": self._best, "saved_step": self._saved_step}
+
+    def load_state_dict(self, state_dict: dict[str, Any]) -> None:
+        """The inverse of `state_dict`."""
+        self._best = state_dict["best"]
+        self._saved_step = self.resumed_step = state_dict["saved_step"]
+
+    def _save_if_due(self, trainer: Trainer, *, ends: bool = False) -> None:
+        steps = trainer.global_step - self._saved_step
+        if not (ends or self._interrupted or steps >= self._card.settings.checkpoint_every):
+            return
+        self._saved_step = trainer.global_step
+        trainer.save_checkpoint(self._run / LAST)
+        if self._interrupted:
+            raise Interrupted
+
+    def _save_best(self, trainer: Trainer, system: System) -> None:
+        """Weights only: nobody goes on from there, and the optimiser's state is twice their size."""
+        if trainer.is_global_zero:
+            content = {"state_dict": system.state_dict(), KEY: self._card_now()}
+            AtomicCheckpointIO().save_checkpoint(content, self._run / BEST)
+
+    def _card_now(self) -> dict[str, Any]:
+        epoch, batches = self._done
+        return dataclasses.replace(self._card, epoch=epoch, batches=batches).to_dict()
+
+    def _interrupt(self, number: int, frame: FrameType | None) -> None:
+        if self._interrupted:
+            raise KeyboardInterrupt
+        self._interrupted = True

@@ -1,0 +1,177 @@
+"""What all systems share: a Lightning module that knows its settings, its samples and its score."""
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import torch
+from lightning.pytorch import LightningModule
+from lightning.pytorch.utilities.types import OptimizerLRSchedulerConfig
+from torch import Tensor
+from torch.utils.data import DataLoader
+
+from ogmkit.errors import SettingsError, TrainingError
+from ogmkit.grid import GridSpec
+from ogmkit.learn.data.spec import SampleSpec
+from ogmkit.learn.settings import TrainSettings
+
+Batch = dict[str, Tensor]
+Answer = dict[str, Tensor]
+
+_STEP_STRIDE = 1_000_003
+"""Spreads (seed, epoch, batch) over the generator's seeds; a prime, so that few of them meet."""
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """What a system says of a batch of B frames.
+
+    Attributes:
+        bev: (B, 2, rows, columns) probabilities on the shards' grid; None for a system without.
+        image: (B, 2, h, w) probabilities at the network's image size; None for a system without.
+        bev_from_image: (B, 3, 3) float64 from pixels of the resized image; None for a system without.
+    """
+
+    bev: Tensor | None = None
+    image: Tensor | None = None
+    bev_from_image: Tensor | None = None
+
+
+class System(LightningModule):
+    """A network with what it is fed, its loss, and what it predicts.
+
+    Args:
+        settings: of the training.
+        grid: of the shards.
+        cameras: channels, in the order that samples number them.
+
+    Attributes:
+        settings: see above.
+        grid: see above.
+        cameras: see above.
+        score_name: of the validation figure that the best checkpoint is chosen by.
+        score_sign: 1 where more of it is better, −1 where less is.
+        has_bev: whether it predicts BEV masks.
+    """
+
+    score_name: ClassVar[str]
+    score_sign: ClassVar[int] = 1
+    has_bev: ClassVar[bool] = True
+
+    def __init__(self, settings: TrainSettings, grid: GridSpec, cameras: tuple[str, ...]) -> None:
+        super().__init__()
+        self.settings = settings
+        self.grid = grid
+        self.cameras = cameras
+
+    @property
+    @abstractmethod
+    def spec(self) -> SampleSpec:
+        """What it is trained on."""
+
+    @abstractmethod
+    def prediction_spec(self, homography: str | None) -> SampleSpec:
+        """What it predicts from; `homography` is the source that warps, for a system that needs one."""
+
+    @abstractmethod
+    def answer(self, batch: Batch) -> Answer:
+        """What the network says of a batch, as loss and score take it."""
+
+    @abstractmethod
+    def losses(self, answer: Answer, batch: Batch) -> dict[str, Tensor]:
+        """Name → scalar term; their sum is the loss."""
+
+    @abstractmethod
+    def predict(self, batch: Batch) -> Prediction:
+        """Predict from a batch of `prediction_spec` samples."""
+
+    @abstractmethod
+    def update_score(self, answer: Answer, batch: Batch) -> None:
+        """Take a validation batch into the metrics."""
+
+    @abstractmethod
+    def scores(self) -> dict[str, Tensor]:
+        """Name → figure over all validation batches since the last call; resets the metrics."""
+
+    @abstractmethod
+    def pictures(self, batch: Batch) -> tuple[Tensor, ...]:
+        """Rows of panels that show predictions beside truth: (B, 3, h, w) each, 0 … 1."""
+
+    def prepare(self, samples: DataLoader[Batch]) -> None:
+        """Learn fixed statistics from the training frames, read once, before the first step."""
+
+    def training_step(self, batch: Batch, batch_idx: int) -> Tensor:
+        """One step; whatever is random in it follows from seed, epoch and batch, however often resumed."""
+        place = (self.settings.seed * _STEP_STRIDE + self.current_epoch) * _STEP_STRIDE + batch_idx
+        torch.manual_seed(place % 2**63)
+        terms = self.losses(self.answer(batch), batch)
+        loss = torch.stack(list(terms.values())).sum()
+        self._require_finite(loss, terms, batch)
+        values = {f"train/{name}": value.detach() for name, value in terms.items()}
+        self.log_dict({**values, "train/loss": loss.detach()}, on_step=True, on_epoch=False)
+        return loss
+
+    def validation_step(self, batch: Batch, batch_idx: int) -> None:
+        """Score one batch, and its loss beside."""
+        del batch_idx
+        answer = self.answer(batch)
+        terms = self.losses(answer, batch)
+        values = {f"val/{name}": value for name, value in terms.items()}
+        values["val/loss"] = torch.stack(list(terms.values())).sum()
+        self.log_dict(values, on_step=False, on_epoch=True, batch_size=len(batch["index"]), sync_dist=True)
+        self.update_score(answer, batch)
+
+    def on_validation_epoch_end(self) -> None:
+        """Log the scores."""
+        self.log_dict({f"val/{name}": value for name, value in self.scores().items()})
+
+    def configure_optimizers(self) -> torch.optim.Optimizer | OptimizerLRSchedulerConfig:
+        """As the settings say."""
+        optimizer = self._optimizer()
+        if self.settings.schedule == "constant":
+            return optimizer
+        steps = int(self.trainer.estimated_stepping_batches)
+        cosine = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, steps)
+        return {"optimizer": optimizer, "lr_scheduler": {"scheduler": cosine, "interval": "step"}}
+
+    def _optimizer(self) -> torch.optim.Optimizer:
+        settings, weights = self.settings, [p for p in self.parameters() if p.requires_grad]
+        if settings.optimizer == "adamw":
+            return torch.optim.AdamW(weights, settings.lr, weight_decay=settings.weight_decay)
+        return torch.optim.SGD(
+            weights, settings.lr, momentum=settings.momentum, weight_decay=settings.weight_decay
+        )
+
+    def _require_finite(self, loss: Tensor, terms: Mapping[str, Tensor], batch: Batch) -> None:
+        if bool(torch.isfinite(loss.detach())):
+            return
+        shown = ", ".join(f"{name} {float(value.detach()):g}" for name, value in terms.items())
+        frames = self.trainer.datamodule.train_set  # type: ignore[attr-defined]  # a ShardDataModule
+        names = "; ".join(frames.name(int(index)) for index in batch["index"])
+        raise TrainingError(
+            f"the loss is not finite at step {self.trainer.global_step + 1} ({shown}), batch of {names}; "
+            "lower --lr, or look at these frames; checkpoints of the steps before are kept"
+        )
+
+    def camera_indices(self, batch: Batch, cameras: tuple[str, ...]) -> Tensor:
+        """(B,) places among this system's cameras of a batch whose samples number others.
+
+        Raises:
+            SettingsError: the system was not trained on one of them.
+        """
+        for camera in cameras:
+            if camera not in self.cameras:
+                raise SettingsError(
+                    f"camera {camera} is unknown to this run, which was trained on {', '.join(self.cameras)}"
+                )
+        places = torch.tensor([self.cameras.index(camera) for camera in cameras])
+        return places.to(batch["camera"].device)[batch["camera"]]
+
+
+def mask_panels(masks: Tensor) -> Tensor:
+    """(B, 2, h, w) drivable and vehicles, 0 … 1 → (B, 3, h, w) colours: grey-blue road, orange vehicles."""
+    road = torch.tensor([0.26, 0.42, 0.53], device=masks.device)[:, None, None]
+    vehicles = torch.tensor([0.90, 0.62, 0.0], device=masks.device)[:, None, None]
+    ground = masks[:, :1] * road + 0.08 * (1 - masks[:, :1])
+    return ground * (1 - masks[:, 1:]) + masks[:, 1:] * vehicles

@@ -1,0 +1,189 @@
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from ogmkit_cli.main import main
+
+pytest.importorskip("torch", reason="torch is not installed: pip install 'ogmkit[train]'")
+yaml = pytest.importorskip("yaml", reason="yaml is not installed: pip install 'ogmkit[train]'")
+
+OGMKIT = Path(sys.executable).with_name("ogmkit")
+TINY = ["--image-size", "64x96", "--encoder", "resnet18", "--workers", "0", "--batch-size", "2"]
+
+
+@pytest.fixture(scope="module")
+def shards(tmp_path_factory, tiny_dataroot):
+    """Two scenes, train and val, with homographies and footprints; tests only read it."""
+    folder = tmp_path_factory.mktemp("train")
+    out, grid = folder / "shards", ["--cell-size", "0.5", "--rows", "60", "--columns", "40"]
+    for arguments in (
+        ["extract", tiny_dataroot, out, *grid, "--cache-dir", folder / "cache"],
+        ["homography-fit", out, "--method", "surface", "--method", "robust"],
+        ["render-footprints", out, "--scale", "1"],
+    ):
+        result = CliRunner().invoke(main, [str(argument) for argument in arguments])
+        assert result.exit_code == 0, result.output
+    return out
+
+
+def run(*arguments):
+    return CliRunner().invoke(main, ["train", *map(str, arguments)])
+
+
+def test_print_config_is_a_config(shards, tmp_path):
+    first = run("oft", shards, "--print-config", "--split-ratio", "77/9", "--epochs", "7")
+    assert first.exit_code == 0
+    values = yaml.safe_load(first.stdout)
+    assert (values["system"], values["epochs"], values["lr"]) == ("oft", 7, 1e-7)
+    (tmp_path / "config.yaml").write_text(first.stdout)
+    again = run("oft", shards, "--print-config", "--config", tmp_path / "config.yaml")
+    assert again.stdout == first.stdout
+    more = run("oft", shards, "--print-config", "--config", tmp_path / "config.yaml", "--epochs", "8")
+    assert yaml.safe_load(more.stdout) == values | {"epochs": 8}
+
+
+def test_a_run_keeps_its_config_and_tells_what_it_did(shards, tmp_path):
+    out = tmp_path / "run"
+    result = run("homography", shards, "--out", out, *TINY, "--epochs", "1", "--head", "four-point")
+    assert (result.exit_code, result.stderr) == (0, "")
+    assert result.stdout.startswith(f"{out}: homography, 4 steps on 8 frames, best error_m ")
+    values = yaml.safe_load((out / "config.yaml").read_text())
+    assert (values["head"], values["image_size"], values["cameras"]) == (
+        "four-point",
+        [64, 96],
+        ["CAM_FRONT"],
+    )
+    again = run("homography", shards, "--out", out, *TINY, "--epochs", "1", "--head", "four-point")
+    assert ", went on at step 4, " in again.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (["footprint"], 2, "'footprint' is not one of"),
+        (["oft", "--image-size", "64"], 2, "is not HEIGHTxWIDTH"),
+        (["oft", "--split-ratio", "77"], 2, "is not A/B"),
+        (["oft"], 2, "Missing option '--out'"),
+    ],
+)
+def test_usage_errors(shards, arguments, code, message):
+    system, *options = arguments
+    result = run(system, shards, *options)
+    assert result.exit_code == code
+    assert message in result.stderr
+
+
+def no_valid_homography(folder):
+    import h5py
+
+    for path in folder.glob("*.h5"):
+        with h5py.File(path, "r+") as file:
+            file["CAM_FRONT/homography/robust/valid"][:] = False
+    return ["homography", "--target", "robust"]
+
+
+def unwritable(folder):
+    (folder.parent / "file").write_text("a file")
+    return ["homography", "--out", folder.parent / "file" / "run"]
+
+
+def config_with(text):
+    def spoil(folder):
+        (folder.parent / "config.yaml").write_text(text)
+        return ["homography", "--config", folder.parent / "config.yaml"]
+
+    return spoil
+
+
+def pickled(folder):
+    import pickle
+
+    short = ["homography", "--max-steps", "1"]
+    assert run(short[0], folder, "--out", folder.parent / "run", *TINY, *short[1:]).exit_code == 0
+    (folder.parent / "run" / "last.ckpt").write_bytes(pickle.dumps({"state_dict": print}))
+    return short
+
+
+@pytest.mark.parametrize(
+    ("spoil", "message"),
+    [
+        (no_valid_homography, "a valid robust homography|valid"),
+        (lambda folder: ["footprints", "--masks", "dlt"], "render-footprints .* --homography dlt"),
+        (lambda folder: ["homography", "--target", "network"], "predict homography .* --checkpoint"),
+        (lambda folder: ["homography", "--val-split", "test"], "split 'test' has no scene"),
+        (lambda folder: ["bev-lidar"], "extract .*--lidar"),
+        (lambda folder: ["oft", "--bev-cell", "0.7"], "0.7"),
+        (
+            lambda folder: ["homography", "--lr", "1e3", "--epochs", "9"],
+            "not finite at step .* batch of scene-",
+        ),
+        (unwritable, "file/run: can't be written"),
+        (pickled, "last.ckpt: .*nothing of it was run"),
+        (config_with("epoch: 3"), "unknown setting 'epoch'; did you mean epochs"),
+        (config_with("- 3"), "holds no mapping"),
+        (config_with("a: [b"), "is no YAML"),
+    ],
+)
+def test_bad_input_takes_one_line(shards, tmp_path, spoil, message):
+    folder = shutil.copytree(shards, tmp_path / "shards")
+    system, *options = spoil(folder)
+    result = run(system, folder, "--out", tmp_path / "run", *TINY, *options)
+    assert (result.exit_code, result.stdout) == (1, "")
+    assert result.stderr.count("\n") == 1, result.stderr
+    assert re.search(message, result.stderr), result.stderr
+
+
+def start(shards, out):
+    """The command in a process group of its own."""
+    options = ["--epochs", "4", "--checkpoint-every", "2", "--colour", "0.3", "--optimizer", "adamw"]
+    arguments = [OGMKIT, "train", "footprints", shards, "--out", out, *TINY, *options]
+    return subprocess.Popen(
+        [*map(str, arguments)],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        start_new_session=True,
+        env=os.environ | {"OMP_NUM_THREADS": "1"},
+    )
+
+
+def finish(process):
+    _, errors = process.communicate(timeout=120)
+    return process.returncode, errors.decode()
+
+
+def wait_for(path, process):
+    while not path.exists() and process.poll() is None:
+        time.sleep(0.01)
+
+
+def weights(out):
+    from ogmkit.learn.checkpoints import read_checkpoint
+
+    return read_checkpoint(out / "last.ckpt")[1]["state_dict"]
+
+
+def test_killed_and_interrupted_it_ends_with_the_same_weights(shards, tmp_path):
+    import torch
+
+    whole, cut = tmp_path / "whole", tmp_path / "cut"
+    assert finish(start(shards, whole)) == (0, "")
+    process = start(shards, cut)
+    wait_for(cut / "last.ckpt", process)
+    os.killpg(process.pid, signal.SIGKILL)
+    assert finish(process)[0] in (-signal.SIGKILL, 0)
+    process = start(shards, cut)
+    wait_for(cut / "samples.png", process)
+    time.sleep(0.1)
+    process.send_signal(signal.SIGINT)
+    assert finish(process) in ((130, "ogmkit: interrupted\n"), (0, ""))
+    assert finish(start(shards, cut)) == (0, "")
+    left, right = weights(whole), weights(cut)
+    assert all(torch.equal(left[name], right[name]) for name in left)
+    assert not [path.name for path in cut.iterdir() if path.name.endswith(".part")]

@@ -1,0 +1,67 @@
+"""Each system can learn four frames by heart: the least that loss, target and network owe each other."""
+
+import pytest
+import torch
+
+from ogmkit.learn.checkpoints import load_system
+from ogmkit.learn.data.frames import FrameDataset
+from ogmkit.learn.data.index import index_frames
+from ogmkit.learn.data.loader import EpochBatches, loader
+from ogmkit.learn.settings import TrainSettings
+from ogmkit.learn.training import train
+
+pytestmark = pytest.mark.slow
+
+COMMON = {
+    "cameras": ("CAM_FRONT",),
+    "image_size": (96, 160),
+    "encoder": "resnet18",
+    "batch_size": 4,
+    "limit_frames": 4,
+    "optimizer": "adamw",
+    "lr": 1e-3,
+    "checkpoint_every": 10_000,
+}
+
+
+def learnt(tmp_path, shards, settings):
+    """Scores of the last state on the frames that it was trained on."""
+    run = tmp_path / "run"
+    train(settings, shards, run)
+    _, system = load_system(run / "last.ckpt")
+    index = index_frames(shards, ("scene-0001",), ("CAM_FRONT",), needs=system.spec, limit=4)
+    frames = FrameDataset(index, system.spec)
+    for batch in loader(frames, EpochBatches(4, 4, seed=0, shuffle=False), workers=0):
+        with torch.inference_mode():
+            system.update_score(system.answer(batch), batch)
+            prediction = system.predict(batch)
+    return {name: float(value) for name, value in system.scores().items()}, system, batch, prediction
+
+
+@pytest.mark.parametrize(
+    ("system", "more"),
+    [
+        ("footprints", {"epochs": 250}),
+        ("footprints", {"epochs": 250, "masks": "full-body"}),
+        ("ved", {"epochs": 400, "bev_cell_m": 1.0}),
+        ("oft", {"epochs": 250, "channels": 64, "blocks": 2}),
+        ("bev-lidar", {"epochs": 250, "bev_cell_m": 1.0}),
+    ],
+    ids=lambda value: value if isinstance(value, str) else value.get("masks", ""),
+)
+def test_four_frames_are_learnt_by_heart(tmp_path, learn_shards, system, more):
+    scores, *_ = learnt(tmp_path, learn_shards, TrainSettings(system, **(COMMON | more)))
+    assert min(scores["iou_drivable"], scores["iou_vehicles"]) >= 0.9, scores
+
+
+@pytest.mark.parametrize("head", ["entries", "four-point"])
+def test_four_homographies_are_learnt_by_heart(tmp_path, learn_shards, head):
+    settings = TrainSettings("homography", **(COMMON | {"epochs": 300, "head": head}))
+    scores, system, batch, prediction = learnt(tmp_path, learn_shards, settings)
+    ahead = torch.tensor([20.0, 0.0, 1.0], dtype=torch.float64)
+    place = torch.from_numpy(system.grid.bev_from_level) @ ahead
+    pixels = torch.linalg.solve(batch["bev_from_image"], place.expand(4, 3))
+    found = (prediction.bev_from_image @ pixels[..., None])[..., 0]
+    error_m = (found[:, :2] / found[:, 2:] - place[:2]).norm(dim=1) * system.grid.m_per_cell
+    assert float(error_m.max()) < 0.5, error_m
+    assert scores["error_m"] < 0.5
