@@ -46,3 +46,33 @@ def edit_table():
         return path
 
     return edit
+
+
+@pytest.fixture(scope="session")
+def make_run():
+    """Write a RUN with an untrained network: `make_run(path, system, grid, cameras, change, **settings)`.
+
+    `change` gets the network before it is saved. Returns the folder.
+    """
+
+    def make(path, system, grid, cameras, change=None, **settings):
+        import torch
+
+        from ogmkit.learn.checkpoints import BEST, Card
+        from ogmkit.learn.settings import TrainSettings
+        from ogmkit.learn.systems.registry import build_system
+
+        tiny = {"image_size": (64, 96), "encoder": "resnet18", "channels": 8, "blocks": 1, "bev_cell_m": None}
+        masks = "surface" if system == "footprints" else None
+        chosen = TrainSettings(system, **(tiny | {"masks": masks} | settings))
+        torch.manual_seed(0)
+        net = build_system(chosen, grid, tuple(cameras))
+        if change is not None:
+            with torch.no_grad():
+                change(net)
+        path.mkdir(parents=True, exist_ok=True)
+        card = Card(chosen, grid, tuple(cameras))
+        torch.save({"state_dict": net.state_dict(), "ogmkit": card.to_dict()}, path / BEST)
+        return path
+
+    return make

@@ -1,7 +1,7 @@
 """Errors of boxes that were left out of the fit: the honest measure where roads are not flat."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,8 +10,9 @@ from ogmkit.homography.corners import usable_boxes
 from ogmkit.homography.frame import FrameGeometry
 from ogmkit.homography.methods import estimator
 from ogmkit.homography.projective import apply
+from ogmkit.homography.result import Estimates
 from ogmkit.homography.settings import FitSettings
-from ogmkit.typing import BoolArray, FloatArray
+from ogmkit.typing import BoolArray, FloatArray, IntArray
 
 RANGES_M = ((0.0, 20.0), (20.0, 40.0), (40.0, 60.0))
 """Ranges of box centres from the ego that errors are reported by; the far end excluded."""
@@ -74,12 +75,22 @@ def left_out_errors(method: str, frame: FrameGeometry, settings: FitSettings) ->
         SettingsError: the method is unknown.
     """
     estimate = estimator(method)
+    return box_errors(frame, lambda boxes: estimate(frame, boxes, settings))
+
+
+def box_errors(frame: FrameGeometry, estimate: Callable[[IntArray], Estimates]) -> LeftOutErrors:
+    """Measure what is found without each vehicle that DESIGN §2 evaluates on.
+
+    Args:
+        frame: camera and boxes.
+        estimate: (B,) indices of boxes → an estimate without each of them, or one for all that knows none.
+    """
     evaluated = usable_boxes(frame, EVALUATED)
     refused = np.zeros(len(frame), dtype=bool)
     error_m = np.full(len(frame), np.nan)
     boxes = np.flatnonzero(evaluated)
     if len(boxes):
-        found = estimate(frame, boxes, settings)
+        found = estimate(boxes)
         mapped, w = apply(found.level_from_image, frame.ground_corners_px[boxes])
         offset = mapped - frame.ground_corners_level[boxes, :, :2]
         mean = np.hypot(offset[..., 0], offset[..., 1]).mean(axis=1)

@@ -5,7 +5,6 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from ogmkit.errors import OutputError
 from ogmkit.shards.atomic import replacing
 from ogmkit.typing import UInt8Array
 
@@ -27,13 +26,3 @@ def write_png(path: Path, pixels: UInt8Array) -> None:
     _, data = cv2.imencode(".png", np.ascontiguousarray(pixels[..., ::-1]), _SETTINGS)
     with replacing(path) as part:
         part.write_bytes(data.tobytes())
-
-
-def require_outside(path: Path, out: Path) -> None:
-    """Keep pictures out of a folder of shards, which holds nothing else.
-
-    Raises:
-        OutputError: `path` is `out` or lies in it.
-    """
-    if path.resolve().is_relative_to(out.resolve()):
-        raise OutputError(f"{path}: lies in {out}, which holds nothing but shards; choose another place")

@@ -8,9 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import ArrayLike
-
 from ogmkit.errors import SettingsError
 from ogmkit.homography.leave_out import LeftOutErrors, left_out_errors
 from ogmkit.homography.methods import estimator, fit
@@ -19,10 +16,10 @@ from ogmkit.homography.settings import FitSettings
 from ogmkit.pipeline.amend import amend
 from ogmkit.pipeline.amendment import Groups
 from ogmkit.pipeline.geometry import frame_geometry
+from ogmkit.pipeline.homography_rows import store_homographies
 from ogmkit.pipeline.homography_summary import MethodResults, MethodSummary, joined, read_results
 from ogmkit.shards import schema
 from ogmkit.shards.fields import AddedKind
-from ogmkit.shards.layout import store_dataset
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.sink import ShardFile
 from ogmkit.shards.structure import sizes
@@ -92,8 +89,8 @@ class HomographyFit:
         with file.writing() as h5:
             for name in names:
                 group = h5[f"{camera}/{self.kind.name}/{name}"]
-                for field, rows in _columns(name, fits[name], left_out[name]).items():
-                    store_dataset(group, self.kind.field(field), rows, symbols)
+                with_plane = name in _WITH_PLANE
+                store_homographies(group, fits[name], left_out[name], symbols, with_plane=with_plane)
 
     def report(self, shard: Shard, cameras: Sequence[str]) -> tuple[MethodResults, ...]:
         """The results of each method over the cameras."""
@@ -159,23 +156,3 @@ def fit_shards(
     )
     kept = sum(not shard.changed for shard in shards)
     return HomographySummary(summaries, len(shards), kept, time.monotonic() - started)
-
-
-def _columns(
-    method: str, fits: Sequence[Homography], left_out: Sequence[LeftOutErrors]
-) -> dict[str, ArrayLike]:
-    """Field name → rows, of one method's homographies."""
-    columns: dict[str, ArrayLike] = {
-        "bev_from_image": [found.bev_from_image for found in fits],
-        "valid": [found.valid for found in fits],
-        "reason": [found.reason for found in fits],
-        "num_points": [found.points_used for found in fits],
-        "rms_px": [found.rms_px for found in fits],
-        "rms_cells": [found.rms_cells for found in fits],
-        "left_out_error_m": np.concatenate([errors.error_m for errors in left_out]),
-        "left_out_refused": np.concatenate([errors.refused for errors in left_out]),
-    }
-    if method in _WITH_PLANE:
-        nothing = np.full(3, np.nan)
-        columns["plane"] = [nothing if found.plane is None else found.plane for found in fits]
-    return columns

@@ -1,12 +1,14 @@
 """The frame's LiDAR points, moved to the camera's time (DESIGN §5)."""
 
+from pathlib import Path
+
 import numpy as np
 
 from ogmkit.errors import DataFileError
 from ogmkit.frames import FrameRecord
 from ogmkit.geometry.se3 import transform_points
 from ogmkit.nuscenes.paths import resolve
-from ogmkit.typing import Float32Array
+from ogmkit.typing import Float32Array, FloatArray
 
 _VALUES = 5  # x, y, z, intensity, ring
 _BYTES_PER_POINT = 4 * _VALUES
@@ -28,6 +30,22 @@ def lidar_points_level(frame: FrameRecord) -> Float32Array:
         raise DataFileError(f"sample {frame.sample_token}: has no LIDAR_TOP sweep; extract without --lidar")
     path = resolve(frame.dataroot, frame.lidar.path)
     remedy = f"restore the sweep of sample {frame.sample_token}, or extract without --lidar"
+    return moved_points(frame.level_from_global @ frame.lidar.global_from_lidar, read_points(path, remedy))
+
+
+def read_points(path: Path, remedy: str) -> Float32Array:
+    """Read a sweep in nuScenes' layout: five little-endian float32 a point.
+
+    Args:
+        path: the file.
+        remedy: what messages tell to do.
+
+    Returns:
+        (P, 4) float32: x, y, z in metres, LiDAR frame, and intensity; points that are not finite left out.
+
+    Raises:
+        DataFileError: the file is absent, empty or not a whole number of points.
+    """
     try:
         file_bytes = path.stat().st_size
         if not 0 < file_bytes <= _MAX_BYTES or file_bytes % _BYTES_PER_POINT:
@@ -35,9 +53,12 @@ def lidar_points_level(frame: FrameRecord) -> Float32Array:
         data = path.read_bytes()
     except OSError as error:
         raise DataFileError(f"{path}: can't be read ({error.strerror}); {remedy}") from error
-    values = np.frombuffer(data, "<f4").reshape(-1, _VALUES)
-    values = values[np.isfinite(values[:, :4]).all(axis=1)]
-    level_from_lidar = frame.level_from_global @ frame.lidar.global_from_lidar
+    points: Float32Array = np.frombuffer(data, "<f4").reshape(-1, _VALUES)[:, :4]
+    return points[np.isfinite(points).all(axis=1)]
+
+
+def moved_points(level_from_lidar: FloatArray, points: Float32Array) -> Float32Array:
+    """(P, 4) points of the LiDAR frame in the level frame, by a (4, 4) transform; intensities stay."""
     # In float64: global coordinates reach kilometres, the result is centimetres and small again.
-    points_level = transform_points(level_from_lidar, values[:, :3].astype(np.float64))
-    return np.column_stack([points_level, values[:, 3]]).astype(np.float32)
+    points_level = transform_points(level_from_lidar, points[:, :3].astype(np.float64))
+    return np.column_stack([points_level, points[:, 3]]).astype(np.float32)

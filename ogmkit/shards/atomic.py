@@ -56,6 +56,16 @@ def write_json(path: Path, content: object) -> None:
         part.write_text(json.dumps(content, indent=1, sort_keys=True) + "\n", encoding="utf-8")
 
 
+def require_outside(path: Path, out: Path) -> None:
+    """Keep other results out of a folder of shards, which holds nothing else.
+
+    Raises:
+        OutputError: `path` is `out` or lies in it.
+    """
+    if path.resolve().is_relative_to(out.resolve()):
+        raise OutputError(f"{path}: lies in {out}, which holds nothing but shards; choose another place")
+
+
 def is_part(path: Path) -> bool:
     """Whether the name is one that `replacing` gives."""
     return _PART.fullmatch(path.name) is not None

@@ -4,7 +4,7 @@ import os
 import pytest
 
 from ogmkit.errors import OutputError
-from ogmkit.shards.atomic import is_part, remove_parts, replacing, write_json
+from ogmkit.shards.atomic import is_part, remove_parts, replacing, require_outside, write_json
 
 
 def test_the_file_appears_at_the_end_only(tmp_path):
@@ -52,3 +52,13 @@ def test_only_parts_are_removed(tmp_path):
     assert [is_part(tmp_path / name) for name in names] == [True, False, False, False, False]
     remove_parts(tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == set(names[1:])
+
+
+@pytest.mark.parametrize("name", ["shards", "shards/picture.png", "other/../shards/a/picture.png"])
+def test_shards_keep_their_folder_to_themselves(tmp_path, name):
+    with pytest.raises(OutputError, match="holds nothing but shards"):
+        require_outside(tmp_path / name, tmp_path / "shards")
+
+
+def test_beside_the_shards_is_room(tmp_path):
+    require_outside(tmp_path / "shards-preview" / "picture.png", tmp_path / "shards")

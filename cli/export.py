@@ -1,0 +1,40 @@
+"""`ogmkit export`."""
+
+from pathlib import Path
+
+import click
+
+from .extras import require_onnx, require_train
+
+
+@click.command()
+@click.argument("run", type=click.Path(exists=True, path_type=Path))
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    required=True,
+    help="The model's file, such as model.onnx; one that is there is replaced.",
+)
+@click.option(
+    "--opset", type=int, default=17, show_default=True, help="Version of ONNX's operators, 16 to 20."
+)
+def command(run: Path, out: Path, opset: int) -> None:
+    """Export a trained network to ONNX.
+
+    RUN is a folder that `ogmkit train` wrote, or a checkpoint, of footprints or homography. The model takes
+    images (B, 3, height, width), RGB, 0 to 1, of the size that it was trained on, and gives probabilities of
+    drivable area and vehicles in camera view, or homographies from the image's pixels to the grid's cells.
+    Its metadata holds settings, grid and cameras. Its answers are compared with torch's before it is written.
+    """
+    require_train()
+    require_onnx()
+    from ogmkit.learn.export import export
+
+    summary = export(run, out, opset=opset)
+    height, width = summary.image_size
+    cameras = " and camera" if "camera" in summary.inputs else ""
+    click.echo(
+        f"{out}: {summary.system}, image {height} × {width}{cameras} → {summary.output}, "
+        f"{summary.bytes / 1e6:.1f} MB, differs from torch by {summary.difference:.1e} at most"
+    )

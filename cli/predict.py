@@ -1,0 +1,62 @@
+"""`ogmkit predict`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from .extras import require_train
+from .homography_table import summary_lines
+from .options import cameras_option, shards_argument
+from .predict_masks import SYSTEMS, batch_size_option, checkpoint_option, system_command
+from .progress import progress
+
+
+@click.group()
+def command() -> None:
+    """Predict with a trained network."""
+
+
+@command.command()
+@shards_argument
+@checkpoint_option
+@click.option(
+    "--name",
+    metavar="NAME",
+    default="network",
+    show_default=True,
+    help="What the homographies are called: network or network-….",
+)
+@cameras_option()
+@batch_size_option
+@click.option("--overwrite", is_flag=True, help="Predict anew what is there; another RUN is allowed.")
+def homography(
+    out: Path, checkpoint: Path, name: str, cameras: tuple[str, ...], batch_size: int, overwrite: bool
+) -> None:
+    """Add a network's homographies to shards.
+
+    Adds a group homography/<name> to each camera of the shards in OUT, a folder that `ogmkit extract` wrote,
+    and shows what they are worth, as `ogmkit homography-fit` does: the network has seen no box of any frame.
+    A frame where its answer is no homography is marked invalid, with the reason. A run that was interrupted
+    goes on where it stopped when it is called again.
+    """
+    require_train()
+    from ogmkit.learn.network_homography import predict_homographies
+
+    with progress(None, "shards", "predict homography") as advance:
+        summary = predict_homographies(
+            out,
+            checkpoint,
+            name=name,
+            cameras=cameras,
+            overwrite=overwrite,
+            batch_size=batch_size,
+            on_progress=advance,
+        )
+    for line in summary_lines(summary):
+        click.echo(line)
+
+
+for _system in SYSTEMS:
+    command.add_command(system_command(_system))

@@ -1,0 +1,185 @@
+"""`ogmkit predict footprints|ved|oft|bev-lidar`: one command for each system, the same but for its inputs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+from click.core import ParameterSource
+
+from .extras import require_train
+from .options import cameras_option, scenes_option, shards_split_file_option, splits_option
+from .progress import progress
+from .text import with_number
+
+if TYPE_CHECKING:
+    from ogmkit.learn.prediction_files import Format
+    from ogmkit.learn.predictions import PredictionSummary
+
+SYSTEMS = {
+    "footprints": "Write masks in camera view, and warped to the plane.",
+    "ved": "Write masks on the plane by a variational encoder–decoder.",
+    "oft": "Write masks on the plane by the Orthographic Feature Transform.",
+    "bev-lidar": "Write masks on the plane by LiDAR points from above.",
+}
+"""Systems whose predictions are masks, with the first sentence of each command's help."""
+
+checkpoint_option = click.option(
+    "--checkpoint",
+    type=click.Path(exists=True, path_type=Path),
+    metavar="RUN",
+    required=True,
+    help="Folder that `ogmkit train` wrote, of which the best checkpoint is taken; or a checkpoint.",
+)
+batch_size_option = click.option(
+    "--batch-size", type=click.IntRange(min=1), default=8, show_default=True, help="Frames at a time."
+)
+
+_OF_SHARDS = ("--homography", "--scenes", "--split", "--split-file", "--camera", "--limit-frames")
+"""Options that choose among what shards hold."""
+_HELP = """{first}
+
+From SOURCE, a folder of shards that `ogmkit extract` wrote: FOLDER gets <scene>.h5, with a group for each
+camera and a row for each frame; or <scene>_<camera>_<frame>_<view>_<target>.png, where a view is image or bev
+and a target drivable or vehicles.
+
+With --calibration, from SOURCE, a folder of {inputs}: FOLDER gets predictions.h5 or
+<name>_<view>_<target>.png. FILE is one JSON object, or one for each input by its name, with {keys}. See
+docs/predict.md.
+"""
+_KEYS = {
+    "footprints": "image_size and either bev_from_image (3 × 3, pixels to cells), intrinsics (3 × 3) and "
+    "level_from_camera (4 × 4), or --homography-checkpoint",
+    "ved": "image_size ([height, width])",
+    "oft": "image_size, intrinsics (3 × 3) and level_from_camera (4 × 4)",
+    "bev-lidar": "level_from_lidar (4 × 4)",
+}
+
+_OPTIONS = (
+    click.argument("source", type=click.Path(exists=True, file_okay=False, path_type=Path)),
+    checkpoint_option,
+    click.option(
+        "--out",
+        "folder",
+        type=click.Path(file_okay=False, path_type=Path),
+        metavar="FOLDER",
+        required=True,
+        help="Folder for the files; those of the same names are replaced.",
+    ),
+    click.option(
+        "--format",
+        "form",
+        type=click.Choice(["hdf5", "png"]),
+        default="hdf5",
+        show_default=True,
+        help="Probabilities as float16; or as grey pictures, 255 for a probability of 1.",
+    ),
+    click.option(
+        "--calibration",
+        type=click.Path(exists=True, dir_okay=False, path_type=Path),
+        metavar="FILE",
+        help="What is known of the camera or LiDAR, where SOURCE holds no shards.",
+    ),
+    scenes_option,
+    splits_option,
+    shards_split_file_option,
+    cameras_option(),
+    click.option(
+        "--limit-frames",
+        "limit",
+        type=click.IntRange(min=1),
+        show_default="all",
+        help="Frames, evenly spread.",
+    ),
+    batch_size_option,
+    click.option(
+        "--workers",
+        type=click.IntRange(min=0),
+        default=0,
+        show_default=True,
+        help="Processes that read ahead; 0 reads in this one.",
+    ),
+)
+_FOOTPRINT_OPTIONS = (
+    click.option(
+        "--homography",
+        metavar="SOURCE",
+        show_default="network if there, else surface",
+        help="The shards' homographies that masks are warped by.",
+    ),
+    click.option(
+        "--homography-checkpoint",
+        type=click.Path(exists=True, path_type=Path),
+        metavar="RUN",
+        help="Run of homography that says how images get to the plane, with --calibration.",
+    ),
+)
+
+
+def system_command(system: str) -> click.Command:
+    """The command of one system."""
+
+    def run(**values: Any) -> None:  # noqa: ANN401  # the parameters of `_run`
+        _run(system, **values)
+
+    more = _FOOTPRINT_OPTIONS if system == "footprints" else ()
+    for option in reversed((*_OPTIONS, *more)):
+        run = option(run)
+    inputs = "*.pcd.bin" if system == "bev-lidar" else "*.jpg and *.png"
+    text = _HELP.format(first=SYSTEMS[system], inputs=inputs, keys=_KEYS[system])
+    return click.command(system, help=text)(run)
+
+
+def _run(
+    system: str,
+    source: Path,
+    checkpoint: Path,
+    folder: Path,
+    form: Format,
+    calibration: Path | None,
+    batch_size: int,
+    workers: int,
+    homography: str | None = None,
+    homography_checkpoint: Path | None = None,
+    **chosen: Any,  # noqa: ANN401  # the fields of `Choice`
+) -> None:
+    _require_fitting(calibration, homography_checkpoint)
+    require_train()
+    from ogmkit.learn.image_predictions import predict_images
+    from ogmkit.learn.predictions import Choice, PredictionJob, predict_shards
+
+    job = PredictionJob(system, checkpoint, folder, form, batch_size, workers)
+    with progress(None, "frames", f"predict {system}") as advance:
+        if calibration is None:
+            choice = Choice(**chosen)
+            summary = predict_shards(job, source, homography=homography, choice=choice, on_progress=advance)
+        else:
+            summary = predict_images(
+                job, source, calibration, homography_checkpoint=homography_checkpoint, on_progress=advance
+            )
+    click.echo(_line(folder, summary))
+
+
+def _require_fitting(calibration: Path | None, homography_checkpoint: Path | None) -> None:
+    """Refuse options that go with the other kind of source."""
+    context = click.get_current_context()
+    if calibration is None:
+        if homography_checkpoint is not None:
+            raise click.UsageError(
+                "--homography-checkpoint goes with --calibration; for shards, run ogmkit predict homography."
+            )
+        return
+    for option in context.command.params:
+        given = context.get_parameter_source(str(option.name)) is not ParameterSource.DEFAULT
+        if given and option.opts[0] in _OF_SHARDS:
+            raise click.UsageError(f"{option.opts[0]} goes with shards, not with --calibration.")
+
+
+def _line(folder: Path, summary: PredictionSummary) -> str:
+    warped = f" warped by {summary.homography}" if summary.homography else ""
+    ms = 1e3 * summary.seconds / summary.frames
+    return (
+        f"{folder}: {summary.system}{warped}, {with_number(summary.frames, 'frame')} in "
+        f"{with_number(summary.files, 'file')}, {summary.seconds:.1f} s ({ms:.0f} ms a frame)"
+    )

@@ -1,0 +1,217 @@
+"""Predicting with a trained run: frame by frame, as arrays that need no torch to be read."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from ogmkit.errors import CheckpointError, OgmkitError, SettingsError
+from ogmkit.geometry.camera import image_from_resized
+from ogmkit.grid import GridSpec
+from ogmkit.learn.checkpoints import Card, checkpoint_file, load_system
+from ogmkit.learn.data.frames import FrameDataset
+from ogmkit.learn.data.index import index_frames
+from ogmkit.learn.data.loader import EpochBatches, loader
+from ogmkit.learn.systems.base import Batch, Prediction, System
+from ogmkit.shards.manifest import file_sha256, read_manifest
+from ogmkit.shards.settings import differences
+from ogmkit.typing import Float32Array, FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class FramePrediction:
+    """What a run says of one frame.
+
+    Attributes:
+        scene: the scene's name.
+        camera: channel.
+        frame: place among the camera's frames in the scene, from 0.
+        bev: (2, rows, columns) float32 probabilities on the shards' grid, drivable then vehicles; None for a
+            system without, or where no homography was asked for.
+        image: (2, h, w) float32 probabilities at the network's image size; None for a system without.
+        bev_from_image: (3, 3) float64 from pixels of the image as the shard has it, of any scale; None for a
+            system without.
+    """
+
+    scene: str
+    camera: str
+    frame: int
+    bev: Float32Array | None
+    image: Float32Array | None
+    bev_from_image: FloatArray | None
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A trained system, opened.
+
+    Attributes:
+        path: the RUN folder or checkpoint that it was opened by.
+        checkpoint: the file itself.
+        card: what the checkpoint says of itself.
+        model: the system, on the device that it works on.
+    """
+
+    path: Path
+    checkpoint: Path
+    card: Card
+    model: System
+
+    @property
+    def system(self) -> str:
+        """The system's name."""
+        return self.card.settings.system
+
+    @property
+    def masks(self) -> str | None:
+        """The set of camera-view masks that it was trained on; None for a system without."""
+        return self.card.settings.masks if self.system == "footprints" else None
+
+    @property
+    def grid(self) -> GridSpec:
+        """Of the shards that it was trained on, and of its predictions."""
+        return self.card.grid
+
+    @property
+    def cameras(self) -> tuple[str, ...]:
+        """Channels that it was trained on."""
+        return self.card.cameras
+
+    @property
+    def sha256(self) -> str:
+        """The checkpoint's checksum, hexadecimal."""
+        return file_sha256(self.checkpoint)
+
+
+def open_run(path: Path) -> Run:
+    """Open a trained system.
+
+    Args:
+        path: a RUN folder, of which the best checkpoint is taken, or a checkpoint.
+
+    Raises:
+        CheckpointError: there is none, or it is damaged or foreign.
+    """
+    file = checkpoint_file(path)
+    card, model = load_system(file)
+    device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
+    return Run(path, file, card, model.to(device))
+
+
+def require_system(run: Run, *systems: str) -> None:
+    """Refuse a run of another system.
+
+    Raises:
+        CheckpointError: it is of none of these.
+    """
+    if run.system not in systems:
+        raise CheckpointError(
+            f"{run.path}: is a run of {run.system}, not of {' or '.join(systems)}; choose another"
+        )
+
+
+def require_grid(run: Run, shards: Path) -> None:
+    """Refuse shards of another grid than the run was trained on.
+
+    Raises:
+        SettingsError: the grids differ; names how.
+        ShardError: the folder has no manifest.
+    """
+    require_same_grid(run, read_manifest(shards).settings.targets.grid, shards)
+
+
+def require_same_grid(run: Run, grid: GridSpec, owner: Path) -> None:
+    """Refuse another grid than the run was trained on.
+
+    Args:
+        run: the run.
+        grid: the other one.
+        owner: what has it, for messages.
+
+    Raises:
+        SettingsError: the grids differ; names how.
+    """
+    different = differences({"grid": vars(run.grid)}, {"grid": vars(grid)})
+    if different:
+        raise SettingsError(
+            f"{run.path}: was trained on another grid than {owner} has: {', '.join(different)}; "
+            "extract with the same grid, or train again"
+        )
+
+
+def predict_frames(
+    run: Run,
+    shards: Path,
+    scenes: Sequence[str],
+    cameras: Sequence[str],
+    *,
+    homography: str | None,
+    batch_size: int = 8,
+    workers: int = 0,
+    limit: int | None = None,
+) -> Iterator[FramePrediction]:
+    """Predict every frame of some scenes, in their order; a frame without a homography has an empty `bev`.
+
+    Args:
+        run: an opened run.
+        shards: a folder that an extraction finished, of the run's grid.
+        scenes: names.
+        cameras: channels.
+        homography: source that masks in camera view are warped by; None leaves them there.
+        batch_size: frames at a time.
+        workers: processes that read.
+        limit: frames at most, evenly spread; None for all.
+
+    Raises:
+        SettingsError: the grids differ, or the run doesn't know a camera.
+        ShardError: the shards lack what the run predicts from.
+    """
+    require_grid(run, shards)
+    unknown = [camera for camera in cameras if camera not in run.cameras]
+    if unknown:
+        known = ", ".join(run.cameras)
+        raise SettingsError(f"{run.path}: does not know {unknown[0]}: it was trained on {known}")
+    spec = run.model.prediction_spec(homography)
+    index = index_frames(shards, scenes, cameras, needs=spec, valid_only=False, limit=limit)
+    dataset = FrameDataset(index, spec)
+    batches = EpochBatches(len(dataset), batch_size, seed=0, shuffle=False)
+    for batch in loader(dataset, batches, workers=workers):
+        yield from _frames(run, dataset, batch)
+
+
+def _frames(run: Run, dataset: FrameDataset, batch: Batch) -> Iterator[FramePrediction]:
+    found = predict_batch(run.model, batch, dataset.cameras)
+    places = [dataset.place(int(index)) for index in batch["index"]]
+    homographies = None if found.bev_from_image is None else found.bev_from_image.cpu().numpy()
+    for number, (scene, camera, frame) in enumerate(places):
+        bev_from_image = None
+        if homographies is not None:
+            source_size = dataset.source_size(int(batch["index"][number]))
+            resized_from_image = image_from_resized(run.card.settings.image_size, source_size)
+            bev_from_image = homographies[number] @ resized_from_image
+        bev, image = _array(found.bev, number), _array(found.image, number)
+        yield FramePrediction(scene, camera, frame, bev, image, bev_from_image)
+
+
+def predict_batch(model: System, batch: Batch, cameras: tuple[str, ...]) -> Prediction:
+    """Predict from samples whose `camera` counts in `cameras`; results are on the model's device.
+
+    Raises:
+        SettingsError: the model was not trained on one of the cameras.
+        OgmkitError: the GPU's memory is too small for the batch.
+    """
+    try:
+        here = {name: value.to(model.device) for name, value in batch.items()}
+        if "camera" in here:
+            here["camera"] = model.camera_indices(here, cameras)
+        with torch.inference_mode():
+            return model.predict(here)
+    except torch.OutOfMemoryError as error:
+        raise OgmkitError(f"the GPU's memory is full: use a smaller --batch-size ({error})") from error
+
+
+def _array(maps: Tensor | None, number: int) -> Float32Array | None:
+    return None if maps is None else np.asarray(maps[number].float().cpu().numpy(), dtype=np.float32)
