@@ -18,6 +18,10 @@ COMMANDS = {
     "verify": "Check shards against their schema, checksums and each other.",
     "homography-fit": "Fit camera-to-BEV homographies to every frame.",
     "render-footprints": "Render drivable area and vehicles as camera-view masks.",
+    "train": "Train a network on shards.",
+    "predict": "Predict with a trained network.",
+    "evaluate": "Score trained networks by the paper's IoU table.",
+    "export": "Export a trained network to ONNX.",
     "preview": "Draw contact sheets of extracted frames.",
 }
 """Commands in the order of work, with the first sentence of each one's help (a test compares them)."""

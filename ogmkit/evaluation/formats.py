@@ -1,0 +1,124 @@
+"""An evaluation as CSV, JSON, Markdown or LaTeX."""
+
+import csv
+import io
+import json
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict, fields
+from typing import Any
+
+from ogmkit.evaluation.report import Table, explanations, heading, separation_table, tables
+from ogmkit.evaluation.result import Evaluation, Figure
+
+KEYS = tuple(field.name for field in fields(Figure))
+"""Of a row in CSV and JSON."""
+
+_LATEX = {
+    "\\": r"\textbackslash{}",
+    "&": r"\&",
+    "%": r"\%",
+    "$": r"\$",
+    "#": r"\#",
+    "_": r"\_",
+    "{": r"\{",
+    "}": r"\}",
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+    "–": "--",
+    "×": r"$\times$",
+}
+
+
+def as_csv(evaluation: Evaluation) -> str:
+    """A line of keys, then a line a figure; what is undefined is left empty."""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, KEYS, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(_records(evaluation))
+    return text.getvalue()
+
+
+def as_json(evaluation: Evaluation) -> str:
+    """A flat list of objects, one a figure and a line; what is undefined is null."""
+    lines = ",\n".join(json.dumps(record, allow_nan=False) for record in _records(evaluation))
+    return f"[\n{lines}\n]\n"
+
+
+def as_markdown(evaluation: Evaluation) -> str:
+    """A table for each kind of IoU and cells, then the one of neighbouring vehicles."""
+    parts = [f"**Evaluation** — {_plain(heading(evaluation))}"]
+    for table in (*tables(evaluation), separation_table(evaluation)):
+        parts += [f"**{table.title}**", "\n".join(_markdown_lines(table))]
+    parts.append("\n".join(f"- {_plain(line)}" for line in explanations(evaluation)))
+    return "\n\n".join(parts) + "\n"
+
+
+def as_latex(evaluation: Evaluation) -> str:
+    """The same tables for the package booktabs."""
+    parts = ["% needs \\usepackage{booktabs}", f"% {heading(evaluation)}"]
+    parts += [f"% {line}" for line in explanations(evaluation)]
+    for table in (*tables(evaluation), separation_table(evaluation)):
+        parts.append("\n".join(_latex_lines(table, heading(evaluation))))
+    return "\n".join(" ".join(part.splitlines()) if part.startswith("%") else part for part in parts) + "\n"
+
+
+def _records(evaluation: Evaluation) -> Iterator[dict[str, Any]]:
+    for figure in evaluation.figures:
+        values = asdict(figure)
+        yield {
+            key: None if isinstance(value, float) and math.isnan(value) else value
+            for key, value in values.items()
+        }
+
+
+def _markdown_lines(table: Table) -> Iterator[str]:
+    """Markdown has one line of headings: groups stand before their columns' names."""
+    groups = [f"{text} " for text, columns in table.groups for _ in range(columns)]
+    groups = ["", *groups] if groups else [""] * len(table.header)
+    yield _row(group + name for group, name in zip(groups, table.header, strict=True))
+    yield _row(["---", *["---:"] * (len(table.header) - 1)])
+    for row in (*table.systems, *table.fixed):
+        yield _row(_plain(cell) for cell in row)
+
+
+def _row(cells: Iterable[str]) -> str:
+    return f"| {' | '.join(cells)} |"
+
+
+def _plain(text: str) -> str:
+    """Text that stands in a cell or line of Markdown as it is."""
+    for sign in "\\|*`<":
+        text = text.replace(sign, f"\\{sign}")
+    return " ".join(text.split())
+
+
+def _latex_lines(table: Table, caption: str) -> Iterator[str]:
+    columns = len(table.header)
+    yield "\\begin{table*}"
+    yield f"\\caption{{{_escaped(table.title)} ({_escaped(caption)}).}}"
+    yield "\\centering"
+    yield f"\\begin{{tabular}}{{@{{}}l*{{{columns - 1}}}{{c}}@{{}}}}"
+    yield "\\toprule"
+    if table.groups:
+        yield " & ".join(["", *(f"\\multicolumn{{{n}}}{{c}}{{{text}}}" for text, n in table.groups)]) + r" \\"
+        first = 2
+        for _, count in table.groups:
+            yield f"\\cmidrule(lr){{{first}-{first + count - 1}}}"
+            first += count
+    yield _latex_row(table.header)
+    for rows in (table.systems, table.fixed):
+        if rows:
+            yield "\\midrule"
+        yield from map(_latex_row, rows)
+    yield "\\bottomrule"
+    yield "\\end{tabular}"
+    yield "\\end{table*}"
+
+
+def _latex_row(cells: tuple[str, ...]) -> str:
+    return " & ".join(map(_escaped, cells)) + r" \\"
+
+
+def _escaped(text: str) -> str:
+    return "".join(_LATEX.get(sign, sign) for sign in " ".join(text.split()))

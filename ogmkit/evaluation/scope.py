@@ -1,0 +1,137 @@
+"""What an evaluation is about: the frames of a split, and the homographies that all of them have."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ogmkit.errors import SettingsError
+from ogmkit.evaluation.frames import Place
+from ogmkit.grid import GridSpec
+from ogmkit.learn.data.index import FrameIndex, index_frames
+from ogmkit.learn.data.spec import SampleSpec
+from ogmkit.learn.data.splits import split_scenes
+from ogmkit.nuscenes.names import unknown
+from ogmkit.shards import schema
+from ogmkit.shards.manifest import read_manifest
+from ogmkit.shards.reader import H5_ERRORS, Shard, damaged
+from ogmkit.shards.remedies import homography_command
+from ogmkit.typing import IntArray
+
+TRAINING = "train"
+"""The split that the mean map comes from."""
+PREFERRED = ("network", "surface")
+"""Homographies that masks are warped by unless another is asked for; the first that there is."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scope:
+    """The frames to evaluate on.
+
+    Attributes:
+        shards: the folder.
+        split: the split's name.
+        index: its frames.
+        training: frames of the split `train`; None where there is none.
+        sources: homographies that all shards of the split have, sorted.
+        invalid: source → frames without a valid one.
+        homography: the source that masks are warped by; None where there is no preferred one.
+    """
+
+    shards: Path
+    split: str
+    index: FrameIndex
+    training: FrameIndex | None
+    sources: tuple[str, ...]
+    invalid: Mapping[str, int]
+    homography: str | None
+
+    @property
+    def grid(self) -> GridSpec:
+        """The shards' grid."""
+        return self.index.grid
+
+    @property
+    def scenes(self) -> tuple[str, ...]:
+        """Scenes with frames, in order."""
+        return tuple(self.index.scenes[shard] for shard in np.unique(self.index.shard).tolist())
+
+
+def places(index: FrameIndex) -> Iterator[Place]:
+    """Every frame in order."""
+    return (index.place(i) for i in range(len(index)))
+
+
+def paths(index: FrameIndex) -> Mapping[str, Path]:
+    """Scene → its shard's file."""
+    return dict(zip(index.scenes, index.paths, strict=True))
+
+
+def scope_of(
+    shards: Path,
+    *,
+    split: str,
+    split_file: Path | None,
+    cameras: Sequence[str],
+    homography: str | None,
+    limit: int | None,
+) -> Scope:
+    """Find the frames and homographies of a split.
+
+    Args:
+        shards: a folder that an extraction finished.
+        split: the split's name.
+        split_file: a JSON file of split → scene names instead of the manifest's splits.
+        cameras: channels; none means all.
+        homography: the source that masks are warped by; None takes the first of `PREFERRED` there is.
+        limit: frames of each split at most, evenly spread.
+
+    Raises:
+        SettingsError: the split is unknown or empty, or a camera or the homography isn't there.
+        TableError: the split file is absent or malformed.
+        ShardError: a shard or the manifest is absent or damaged.
+        TrainingError: the split has no frame.
+    """
+    splits = split_scenes(read_manifest(shards), split_file=split_file)
+    owner = shards if split_file is None else split_file
+    if split not in splits:
+        raise SettingsError(f"{owner}: {unknown('split', split, sorted(splits))}")
+    if not splits[split]:
+        raise SettingsError(f"{owner}: split {split!r} has none of the scenes of {shards}; choose another")
+    index = index_frames(shards, splits[split], cameras, needs=SampleSpec(), limit=limit)
+    training = None
+    if splits.get(TRAINING):
+        training = index_frames(shards, splits[TRAINING], cameras, needs=SampleSpec(), limit=limit)
+    invalid = _invalid_frames(index)
+    if homography is not None and homography not in invalid:
+        raise SettingsError(
+            f"{shards}: not all shards of split {split!r} have homography {homography!r} (all have "
+            f"{', '.join(invalid) or 'none'}); run `{homography_command(shards, homography)}`"
+        )
+    chosen = homography or next((source for source in PREFERRED if source in invalid), None)
+    return Scope(shards, split, index, training, tuple(invalid), invalid, chosen)
+
+
+def _invalid_frames(index: FrameIndex) -> dict[str, int]:
+    """Homography that all shards have, sorted → how many of the frames have no valid one."""
+    counts: list[dict[str, int]] = []
+    for number, path in enumerate(index.paths):
+        with Shard(path) as shard:
+            for channel, camera in enumerate(index.cameras):
+                frames = index.frame[(index.shard == number) & (index.camera == channel)]
+                counts.append(_invalid_of(shard, camera, frames))
+    common = set.intersection(*(set(one) for one in counts))
+    return {source: sum(one[source] for one in counts) for source in sorted(common)}
+
+
+def _invalid_of(shard: Shard, camera: str, frames: IntArray) -> dict[str, int]:
+    """Homography of a shard's camera → how many of some frames have no valid one."""
+    counts = {}
+    for source in shard.added(camera, schema.HOMOGRAPHY.name):
+        try:
+            valid = shard.dataset(camera, f"{schema.HOMOGRAPHY.name}/{source}/valid")[:]
+            counts[source] = int(np.count_nonzero(~valid[frames]))
+        except H5_ERRORS as error:
+            raise damaged(shard.path, error) from error
+    return counts

@@ -1,0 +1,128 @@
+"""Counting predictions against the truth, frame by frame."""
+
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ogmkit.evaluation.baselines import ALL_DRIVABLE, MEAN_MAP, Ceilings, all_drivable, mean_maps
+from ogmkit.evaluation.entrants import Entrant, no_grids
+from ogmkit.evaluation.frames import Frame, FrameReader, row
+from ogmkit.evaluation.iou import BevCounter, code_of, count_image, resized, thresholded
+from ogmkit.evaluation.result import Sample
+from ogmkit.evaluation.scope import Scope, paths, places
+from ogmkit.evaluation.separation import Neighbours, count_separated, neighbours, vehicle_faces
+from ogmkit.evaluation.tally import Tally
+from ogmkit.learn.data.spec import TARGETS
+from ogmkit.typing import Float32Array, IntArray, UInt8Array
+
+if TYPE_CHECKING:
+    from ogmkit.learn.inference import FramePrediction
+
+Tick = Callable[[], None]
+"""Called after every frame."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scored:
+    """A run's counts.
+
+    Attributes:
+        tally: over all frames.
+        samples: the predictions that were kept.
+        unmasked: frames without valid masks to compare with: they don't count in camera view.
+    """
+
+    tally: Tally
+    samples: tuple[Sample, ...]
+    unmasked: int
+
+
+class Scorer:
+    """Counts on the frames of a scope.
+
+    Args:
+        scope: the frames.
+        threshold: what probabilities must exceed.
+        tick: called after every frame.
+    """
+
+    def __init__(self, scope: Scope, threshold: float, tick: Tick) -> None:
+        self._scope = scope
+        self._threshold = threshold
+        self._tick = tick
+        self._cells = BevCounter(scope.grid)
+
+    def run(self, entrant: Entrant, found: Iterable["FramePrediction"], kept: Collection[int]) -> Scored:
+        """Count a run's predictions.
+
+        Args:
+            entrant: the run.
+            found: what it says of every frame.
+            kept: numbers of the frames, in their order, whose predictions are kept.
+
+        Raises:
+            OgmkitError: as `ogmkit.learn.inference.predict_frames`.
+            ShardError: a shard is damaged.
+        """
+        tally = Tally(entrant.name, self._scope.scenes)
+        samples: list[Sample] = []
+        unmasked = 0
+        with FrameReader(paths(self._scope.index)) as reader:
+            for number, one in enumerate(found):
+                if one.bev is None:
+                    raise no_grids(entrant.path, entrant.name, self._scope.shards)
+                place = one.scene, one.camera, one.frame
+                frame, bev, image = reader.frame(place), thresholded(one.bev, self._threshold), None
+                if entrant.masks is not None and one.image is not None:
+                    image = self._image_counts(frame, entrant.masks, one.image)
+                    unmasked += image is None
+                pairs = self._pairs(frame)
+                cells = self._cells.count(frame.truth, frame.field_of_view, bev)
+                tally.add(one.scene, cells, count_separated(pairs, bev), image)
+                if number in kept:
+                    shown = None if one.image is None else thresholded(one.image, self._threshold)
+                    samples.append(Sample(entrant.name, place, bev, shown))
+                self._tick()
+        return Scored(tally, tuple(samples), unmasked)
+
+    def fixed(self, names: Sequence[str], ceilings: Ceilings) -> tuple[Tally, ...]:
+        """Count the rows that need no run, all in one pass.
+
+        Raises:
+            ShardError, SettingsError: a shard is damaged, or its images have no common size.
+        """
+        scope = self._scope
+        tallies = {name: Tally(name, scope.scenes) for name in names}
+        everywhere = all_drivable(scope.grid)
+        means: Mapping[str, UInt8Array] = {}
+        if MEAN_MAP in tallies and scope.training is not None:
+            with FrameReader(paths(scope.training)) as reader:
+                means = mean_maps(reader, places(scope.training), scope.grid, self._threshold, self._tick)
+        with FrameReader(paths(scope.index)) as reader:
+            for place in places(scope.index):
+                frame = reader.frame(place)
+                codes = {ALL_DRIVABLE: everywhere, **ceilings.codes(frame)}
+                if MEAN_MAP in tallies:  # a limit may leave a camera without training frames
+                    codes[MEAN_MAP] = means.get(frame.camera, np.zeros_like(frame.truth))
+                pairs = self._pairs(frame)
+                for name, code in codes.items():
+                    cells = self._cells.count(frame.truth, frame.field_of_view, code)
+                    tallies[name].add(frame.scene, cells, count_separated(pairs, code))
+                self._tick()
+        return tuple(tallies.values())
+
+    def _pairs(self, frame: Frame) -> Neighbours:
+        faces = vehicle_faces(frame.shard, frame.camera, frame.index)
+        return neighbours(faces, self._scope.grid, frame.truth, frame.field_of_view)
+
+    def _image_counts(self, frame: Frame, name: str, probabilities: Float32Array) -> IntArray | None:
+        """Counts of a frame's pixels against a set of masks; None where that has none for it."""
+        group = f"footprints/{name}"
+        if not row(frame.shard, frame.camera, f"{group}/valid", frame.index):
+            return None
+        names = (f"{group}/{target}" for target in TARGETS)
+        drivable, vehicles = (row(frame.shard, frame.camera, one, frame.index) for one in names)
+        found = thresholded(resized(probabilities, drivable.shape), self._threshold)
+        return count_image(code_of(drivable, vehicles), found)

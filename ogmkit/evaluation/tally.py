@@ -1,0 +1,61 @@
+"""Counts of one system by scene, and the figures they make."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from ogmkit.evaluation.bootstrap import estimate
+from ogmkit.evaluation.iou import BEV_SHAPE, CELLS, IMAGE_SHAPE, IOUS, iou
+from ogmkit.evaluation.regions import REGIONS
+from ogmkit.evaluation.result import Figure, Separation
+from ogmkit.evaluation.separation import COUNTS
+from ogmkit.learn.data.spec import TARGETS
+from ogmkit.typing import FloatArray, IntArray
+
+
+class Tally:
+    """Adds up a system's counts.
+
+    Args:
+        system: its name in the table.
+        scenes: names of the scenes with frames.
+    """
+
+    def __init__(self, system: str, scenes: Sequence[str]) -> None:
+        self.system = system
+        self._row = {scene: row for row, scene in enumerate(scenes)}
+        self._bev = np.zeros((len(scenes), *BEV_SHAPE), np.int64)
+        self._image = np.zeros((len(scenes), *IMAGE_SHAPE), np.int64)
+        self._pairs = np.zeros((len(scenes), len(COUNTS)), np.int64)
+
+    def add(self, scene: str, bev: IntArray, pairs: IntArray, image: IntArray | None = None) -> None:
+        """Add a frame's counts of cells, of pairs of vehicles, and of pixels where there are any."""
+        row = self._row[scene]
+        self._bev[row] += bev
+        self._pairs[row] += pairs
+        if image is not None:
+            self._image[row] += image
+
+    def figures(self) -> Iterator[Figure]:
+        """Every IoU; those in camera view are NaN for a system without."""
+        image, bev = estimate(self._image, iou), estimate(self._bev, iou)
+        for t, target in enumerate(TARGETS):
+            for i, kind in enumerate(IOUS):
+                values = (float(one[t, i]) for one in (image.value, image.low, image.high))
+                yield Figure(self.system, target, "camera", "full", "all", kind, *values)
+            for place in np.ndindex(len(REGIONS), len(CELLS), len(IOUS)):
+                names = (names[at] for names, at in zip((REGIONS, CELLS, IOUS), place, strict=True))
+                values = (float(one[t][place]) for one in (bev.value, bev.low, bev.high))
+                yield Figure(self.system, target, "bev", *names, *values)
+
+    def separation(self) -> Separation:
+        """How often neighbours are told apart."""
+        share = estimate(self._pairs, _separated_share)
+        pairs, found, _ = self._pairs.sum(axis=0).tolist()
+        values = (float(one) for one in (share.value, share.low, share.high))
+        return Separation(self.system, pairs, found, *values)
+
+
+def _separated_share(counts: IntArray) -> FloatArray:
+    with np.errstate(invalid="ignore"):
+        return np.asarray(counts[..., 2] / counts[..., 1])

@@ -1,0 +1,118 @@
+"""Predictions beside the truth, as in the paper's Fig. 4: one PNG for each run."""
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from urllib.parse import quote
+
+import numpy as np
+
+from ogmkit.errors import ShardError
+from ogmkit.evaluation.iou import code_of, masks_of
+from ogmkit.evaluation.result import Evaluation, Sample
+from ogmkit.footprints.settings import FootprintSettings
+from ogmkit.pictures import legend
+from ogmkit.pictures.bev_panel import Plan, draw_plane, plan_for
+from ogmkit.pictures.camera_panel import draw_masks
+from ogmkit.pictures.cells import overlap, target_colours
+from ogmkit.pictures.png import write_png
+from ogmkit.pictures.sheet import Heading, Panel, draw_sheet, draw_tile
+from ogmkit.pictures.subjects import CAMERA_SIZE, PLANE_SIZE
+from ogmkit.pictures.views import View, read_view
+from ogmkit.pipeline.footprint_masks import renderer
+from ogmkit.shards.atomic import output_errors, require_outside
+from ogmkit.shards.manifest import Manifest, read_manifest
+from ogmkit.shards.reader import REMEDY, Shard
+from ogmkit.typing import UInt8Array
+
+_GROUPS = legend.IMAGE, legend.PLANE
+
+
+def make_folder(pictures: Path, shards: Path) -> None:
+    """Make the folder for pictures.
+
+    Raises:
+        OutputError: it lies in the folder of shards, or can't be made.
+    """
+    require_outside(pictures, shards)
+    with output_errors(pictures):
+        pictures.mkdir(parents=True, exist_ok=True)
+
+
+def draw_evaluation(shards: Path, evaluation: Evaluation, pictures: Path) -> tuple[Path, ...]:
+    """Draw the samples that an evaluation kept.
+
+    Args:
+        shards: the folder that was evaluated on.
+        evaluation: with samples.
+        pictures: where the PNGs go, a folder; those of an earlier run are replaced.
+
+    Returns:
+        The files written, one a run.
+
+    Raises:
+        ShardError, DataFileError: what is drawn can't be read.
+        OutputError: a file can't be written.
+    """
+    manifest, written = read_manifest(shards), []
+    for name in evaluation.systems:
+        samples = [sample for sample in evaluation.samples if sample.system == name]
+        tiles = [_draw_sample(shards, manifest, sample) for sample in samples]
+        path = pictures / f"{quote(name, safe=' +,=@')}.png"  # a name may hold a part of a path
+        write_png(path, draw_sheet(Heading(name, "", _note(evaluation)), tiles, 1, _GROUPS))
+        written.append(path)
+    return tuple(written)
+
+
+def _note(evaluation: Evaluation) -> str:
+    parts = [f"split {evaluation.split}", f"threshold {evaluation.threshold:g}"]
+    if evaluation.homography is not None:
+        parts.insert(1, f"homography {evaluation.homography}")
+    return " · ".join([*parts, "each prediction, with its IoU in the field of view, beside the truth"])
+
+
+def _draw_sample(shards: Path, manifest: Manifest, sample: Sample) -> UInt8Array:
+    """One frame: masks over the image, then prediction and truth of each target."""
+    scene, camera, index = sample.place
+    (entry,) = (one for one in manifest.shards if one.scene == scene)
+    dataroot = Path(manifest.dataroot) if manifest.settings.targets.images == "reference" else None
+    try:
+        with Shard(shards / entry.file) as shard:
+            view = read_view(shard, camera, index, dataroot=dataroot)
+            image = _true_masks(shard, camera, index) if sample.image is None else sample.image
+            plan = plan_for(shard.grid, (), PLANE_SIZE)
+    except OSError as error:
+        raise ShardError(
+            f"{entry.file}: {camera}: frame {index} can't be read ({error}); {REMEDY}"
+        ) from error
+    drivable, vehicles = masks_of(image)
+    photo = draw_masks(view, CAMERA_SIZE, drivable=drivable, vehicles=vehicles)
+    whose = "true footprints" if sample.image is None else "predicted"
+    panels = [
+        Panel(photo.pixels, f"{scene} · frame {index}", f"{camera} · {whose}"),
+        *_planes(view, plan, sample),
+    ]
+    return draw_tile(panels)
+
+
+def _true_masks(shard: Shard, camera: str, index: int) -> UInt8Array:
+    """(height, width) code of exact footprints, for systems that predict none."""
+    made = renderer(shard, camera, FootprintSettings(method="project", scale=1.0))(index)
+    if made is None:
+        raise ShardError(f"{shard.path}: {camera}: frame {index} gives no footprints; {REMEDY}")
+    return code_of(made.drivable, made.vehicles)
+
+
+def _planes(view: View, plan: Plan, sample: Sample) -> Iterator[Panel]:
+    """Prediction and truth, side by side; vehicles on ground that says nothing."""
+    nothing = np.zeros_like(view.vehicles)
+    drivable, vehicles = masks_of(sample.bev)
+    pairs = (
+        ("drivable", view.drivable, (drivable, nothing), (view.drivable, nothing)),
+        ("vehicles", view.vehicles, (nothing, vehicles), (nothing, view.vehicles)),
+    )
+    for name, true, predicted, truth in pairs:
+        found = overlap(true, predicted[0] | predicted[1], view.field_of_view)
+        score = "" if math.isnan(found) else f"IoU {found:.2f}"
+        yield Panel(draw_plane(target_colours(*predicted, view.field_of_view), plan).pixels, name, score)
+        yield Panel(draw_plane(target_colours(*truth, view.field_of_view), plan).pixels, "truth")

@@ -1,0 +1,165 @@
+"""`ogmkit evaluate`, with runs that need no torch."""
+
+import csv
+import io
+import json
+import re
+import sys
+from types import ModuleType, SimpleNamespace
+
+import cv2
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from ogmkit_cli import extras
+from ogmkit_cli.evaluate import command
+from ogmkit_cli.main import main
+
+from ogmkit.evaluation.evaluate import evaluate
+from ogmkit.learn.data.index import index_frames
+from ogmkit.learn.data.spec import SampleSpec
+from ogmkit.shards.manifest import read_manifest
+
+ROWS = ["all-drivable", "mean-map", "ceiling-surface", "ceiling-full-body"]
+
+
+@pytest.fixture(scope="module")
+def shards(tmp_path_factory, tiny_dataroot):
+    """Shards with a homography; tests only read them."""
+    folder = tmp_path_factory.mktemp("evaluate")
+    grid = ["--cell-size", "0.5", "--rows", "120", "--columns", "60"]
+    for arguments in (
+        ["extract", tiny_dataroot, folder / "shards", *grid, "--cache-dir", folder / "cache"],
+        ["homography-fit", folder / "shards", "--method", "surface"],
+    ):
+        result = CliRunner().invoke(main, [str(argument) for argument in arguments])
+        assert result.exit_code == 0, result.output
+    return folder / "shards"
+
+
+@pytest.fixture
+def runs(tmp_path, monkeypatch, shards):
+    """Two RUN folders of one system that finds nothing."""
+    grid = read_manifest(shards).settings.targets.grid
+
+    def open_run(path):
+        return SimpleNamespace(
+            checkpoint=path / "best.ckpt",
+            system="oft",
+            masks=None,
+            grid=grid,
+            cameras=("CAM_FRONT",),
+            model=SimpleNamespace(has_bev=True),
+        )
+
+    def predict_frames(run, shards, scenes, cameras, *, limit, **settings):
+        index = index_frames(shards, scenes, cameras, needs=SampleSpec(), limit=limit)
+        for scene, camera, frame in map(index.place, range(len(index))):
+            bev = np.zeros((2, *grid.shape), np.float32)
+            yield SimpleNamespace(scene=scene, camera=camera, frame=frame, bev=bev, image=None)
+
+    module = ModuleType("ogmkit.learn.inference")
+    module.open_run, module.predict_frames = open_run, predict_frames
+    monkeypatch.setitem(sys.modules, "ogmkit.learn.inference", module)
+    monkeypatch.setattr(extras, "require_train", lambda: None)
+    paths = tmp_path / "one", tmp_path / "two"
+    for path in paths:
+        path.mkdir()
+    return paths
+
+
+def run(*arguments):
+    return CliRunner().invoke(main, ["evaluate", *map(str, arguments)])
+
+
+def test_the_options_have_the_librarys_defaults():
+    defaults = {option.name: option.default for option in command.params}
+    library = evaluate.__kwdefaults__
+    for name in ("split", "threshold", "scale", "batch_size"):
+        assert defaults[name] == library[name]
+
+
+def test_the_table_stands_on_stdout_with_a_rule_over_the_fixed_rows(shards, runs):
+    result = run(shards, *runs)
+
+    assert (result.exit_code, result.stderr) == (0, "")
+    lines = result.stdout.splitlines()
+    assert lines[0].startswith(
+        "split val: 8 frames in 1 scene, CAM_FRONT; homography surface; threshold 0.5; "
+    )
+    title = lines.index("foreground IoU, all cells")
+    groups, header, *table = lines[title + 1 : title + 10]
+    assert [line.split()[0] for line in table[:2]] == ["one", "two"]
+    assert set(table[2]) == {"-"}
+    assert [line.split()[0] for line in table[3:]] == ROWS
+    assert re.fullmatch(" +-+ drivable -+  -+ vehicles -+", groups)
+    assert header.split() == ["system", *["camera", "BEV", "full", "BEV", "close", "BEV", "far"] * 2]
+    ends = {len(line) for line in (groups, header, *table)}
+    assert len(ends) == 1  # numbers stand under each other
+
+
+def test_csv_and_json_hold_nothing_else_and_the_same(shards, runs):
+    written = {form: run(shards, *runs, "--format", form) for form in ("csv", "json")}
+    records = json.loads(written["json"].stdout)
+    table = list(csv.DictReader(io.StringIO(written["csv"].stdout)))
+
+    assert list(dict.fromkeys(one["system"] for one in records)) == ["one", "two", *ROWS]
+    assert len(records) == len(table) == 6 * 28
+    assert [one["value"] for one in table] == [
+        "" if one["value"] is None else repr(one["value"]) for one in records
+    ]
+    assert not any(result.stderr for result in written.values())
+
+
+@pytest.mark.parametrize(
+    ("form", "begins"), [("markdown", "**Evaluation**"), ("latex", "% needs \\usepackage")]
+)
+def test_other_formats(shards, form, begins):
+    result = run(shards, "--format", form)
+
+    assert result.exit_code == 0
+    assert result.stdout.startswith(begins)
+
+
+def test_pictures_are_one_png_a_run_and_named_on_stderr(shards, runs, tmp_path):
+    result = run(shards, *runs, "--pictures", tmp_path / "pictures", "--format", "json")
+
+    assert result.exit_code == 0
+    json.loads(result.stdout)
+    written = [tmp_path / "pictures" / f"{name}.png" for name in ("one", "two")]
+    assert result.stderr.splitlines() == [str(path) for path in written]
+    assert sorted((tmp_path / "pictures").iterdir()) == written
+    assert cv2.imread(str(written[0])).shape[1] > 1000
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--split", "test"], "unknown split 'test'"),
+        (["--homography", "network"], "run `ogmkit predict homography {shards} --checkpoint RUN`"),
+        (["--camera", "CAM_BACK"], "CAM_BACK"),
+        (["{runs[0]}", "{runs[0]}"], "{runs[0]}: is the same checkpoint as {runs[0]}; give it once"),
+        (["{runs[0]}", "--pictures", "{shards}/pictures"], "holds nothing but shards"),
+    ],
+)
+def test_bad_input_takes_one_line(shards, runs, arguments, message):
+    places = {"shards": shards, "runs": runs}
+    result = run(shards, *(argument.format(**places) for argument in arguments))
+
+    assert (result.exit_code, result.stdout) == (1, "")
+    assert result.stderr.startswith("ogmkit: error: ")
+    assert message.format(**places) in result.stderr
+    assert result.stderr.count("\n") == 1
+
+
+def test_help_explains_each_row_for_free_on_a_line_of_its_own():
+    begins = {line.split()[0] for line in run("--help").stdout.splitlines() if line.split()}
+    assert {"all-drivable", "mean-map", "ceiling-SOURCE", "ceiling-full-body"} <= begins
+
+
+def test_usage_errors_exit_2(shards, runs, tmp_path):
+    assert run(tmp_path / "absent").exit_code == 2
+    assert run(shards, tmp_path / "absent").exit_code == 2
+    assert run(shards, "--threshold", 1).exit_code == 2
+    assert run(shards, "--format", "html").exit_code == 2
+    assert run(shards, "--pictures", tmp_path).exit_code == 2

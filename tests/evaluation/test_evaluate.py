@@ -1,0 +1,294 @@
+"""Whole evaluations, of runs whose predictions are known."""
+
+import re
+import sys
+
+import h5py
+import numpy as np
+import pytest
+
+from ogmkit.errors import CheckpointError, OgmkitError, SettingsError
+from ogmkit.evaluation.evaluate import evaluate
+from ogmkit.grid import GridSpec
+from ogmkit.shards.manifest import read_manifest
+
+TARGETS = ("drivable", "vehicles")
+
+
+def values(evaluation, system, **wanted):
+    """(target, view, region, cells, iou) → value of a system's figures."""
+    return {
+        (one.target, one.view, one.region, one.cells, one.iou): one.value
+        for one in evaluation.figures
+        if one.system == system and all(getattr(one, name) == value for name, value in wanted.items())
+    }
+
+
+@pytest.fixture
+def truth(eval_shards, true_frame):
+    """Probabilities that are the truth: of a place."""
+
+    def predict(place):
+        drivable, vehicles, _ = true_frame(eval_shards, *place)
+        return np.stack([drivable, vehicles]).astype(np.float32), None
+
+    return predict
+
+
+@pytest.fixture
+def noisy(truth):
+    """The truth with one cell in five made up, always the same ones of a frame."""
+
+    def predict(place):
+        generator = np.random.default_rng(place[2])
+        bev, image = truth(place)
+        made_up = generator.random(bev.shape) < 0.2
+        return np.where(made_up, generator.random(bev.shape), bev).astype(np.float32), image
+
+    return predict
+
+
+def test_the_truth_scores_one_everywhere(eval_shards, fake_runs, truth):
+    found = evaluate(eval_shards, [fake_runs("run", "oft", truth)])
+
+    assert found.systems == ("oft",)
+    bev = values(found, "oft", view="bev")
+    assert len(bev) == 24
+    assert {one for one in bev.values() if not np.isnan(one)} == {1.0}
+    assert sum(np.isnan(one) for one in bev.values()) < 6  # a grid of 70 m has little that is far
+    (separation,) = (one for one in found.separations if one.system == "oft")
+    assert separation.pairs == separation.found > 0
+    assert separation.value == 1.0
+
+
+def test_a_system_has_28_figures_and_none_in_camera_view_are_values_where_it_predicts_none(
+    eval_shards, fake_runs, truth
+):
+    found = evaluate(eval_shards, [fake_runs("run", "oft", truth)])
+
+    for system in (*found.systems, *found.fixed):
+        assert len(values(found, system)) == 28
+        assert np.isnan([*values(found, system, view="camera").values()]).all()
+
+
+def test_figures_are_plain_sums_over_all_frames(eval_shards, fake_runs, noisy, true_frame, both_splits):
+    run = fake_runs("run", "oft", noisy)
+    found = values(evaluate(eval_shards, [run], split_file=both_splits, threshold=0.3), "oft")
+
+    # 70 m of 0.5 m cells, the ego on row 136: 50 m ahead is row 36; columns 14 … 53 are within 10 m.
+    regions = {region: np.zeros((140, 60), bool) for region in ("full", "close", "far")}
+    regions["full"][:] = regions["close"][36:136, 14:54] = regions["far"][:36] = True
+    sums = {}
+    for entry in read_manifest(eval_shards).shards:
+        for camera in ("CAM_FRONT", "CAM_BACK"):
+            for index in range(8):
+                place = entry.scene, camera, index
+                *true, seen = true_frame(eval_shards, *place)
+                predicted = noisy(place)[0] > 0.3
+                for target, one, other in zip(TARGETS, true, predicted, strict=True):
+                    for region, inside in regions.items():
+                        for cells, counted in (("all", inside), ("fov", inside & seen)):
+                            pairs = ((one & other, one | other), (~one & ~other, ~one | ~other))
+                            sums[target, region, cells] = sums.get((target, region, cells), 0) + np.array(
+                                [[(part & counted).sum() for part in pair] for pair in pairs]
+                            )
+    for (target, region, cells), ((hits, union), (background, rest)) in sums.items():
+        foreground, other = (a / b if b else np.nan for a, b in ((hits, union), (background, rest)))
+        key = target, "bev", region, cells
+        np.testing.assert_allclose(found[*key, "foreground"], foreground)
+        np.testing.assert_allclose(found[*key, "mean"], (foreground + other) / 2)
+
+
+def test_all_drivable_is_the_same_from_a_run_and_for_free(eval_shards, fake_runs):
+    constant = np.stack([np.ones((140, 60)), np.zeros((140, 60))]).astype(np.float32)
+    found = evaluate(eval_shards, [fake_runs("run", "oft", lambda place: (constant, None))])
+
+    np.testing.assert_equal(values(found, "oft"), values(found, "all-drivable"))
+
+
+def test_rows_for_free_need_no_run_and_no_torch(eval_shards, monkeypatch):
+    monkeypatch.setitem(sys.modules, "torch", None)
+    found = evaluate(eval_shards)
+
+    assert found.systems == ()
+    assert found.fixed == (
+        "all-drivable", "mean-map", "ceiling-calibration", "ceiling-surface", "ceiling-full-body"
+    )  # fmt: skip
+    assert (found.split, found.scenes, found.frames) == ("val", 1, 16)
+    assert found.cameras == ("CAM_BACK", "CAM_FRONT")
+    assert "there is one scene only: intervals have no width" in found.notes
+
+
+def test_intervals_span_the_scenes(eval_shards, fake_runs, noisy, both_splits):
+    run = fake_runs("run", "oft", noisy)
+    found = evaluate(eval_shards, [run], split_file=both_splits)
+
+    assert found.scenes == 2
+    assert found.fixed[1] == "ceiling-calibration"  # no split to take a mean from
+    assert "no mean-map: there is no split 'train' to take it from" in found.notes
+    bev = [one for one in found.figures if one.view == "bev" and not np.isnan(one.value)]
+    assert all(one.low <= one.value <= one.high for one in bev)
+    assert any(one.low < one.high for one in bev)
+
+
+class TestCameraView:
+    """Masks predicted there, at another size than the set's."""
+
+    @pytest.fixture
+    def masks(self, eval_shards):
+        """The set's own masks, enlarged twice: resized back they are the same."""
+
+        def predict(place):
+            scene, camera, index = place
+            with h5py.File(eval_shards / f"{scene}.h5") as h5:
+                group = h5[f"{camera}/footprints/surface"]
+                masks = np.stack([group[target][index] for target in TARGETS])
+            large = masks.repeat(2, axis=1).repeat(2, axis=2)
+            return np.zeros((2, 140, 60), np.float32), large.astype(np.float32)
+
+        return predict
+
+    def test_the_set_itself_scores_one(self, eval_shards, fake_runs, masks):
+        run = fake_runs("run", "footprints", masks, masks="surface")
+        found = values(evaluate(eval_shards, [run]), "footprints", view="camera")
+
+        assert found == {
+            (t, "camera", "full", "all", i): 1.0 for t in TARGETS for i in ("foreground", "mean")
+        }
+
+    def test_frames_without_masks_do_not_count(self, own_shards, fake_runs, masks):
+        scene = read_manifest(own_shards).split("val")[0].scene
+        with h5py.File(own_shards / f"{scene}.h5", "r+") as h5:
+            group = h5["CAM_FRONT/footprints/surface"]
+            group["valid"][2] = False
+            for target in TARGETS:
+                group[target][2] = 0
+        found = evaluate(own_shards, [fake_runs("run", "footprints", masks, masks="surface")])
+
+        assert set(values(found, "footprints", view="camera").values()) == {1.0}
+        assert found.notes[0].endswith("in camera view; 1 frames have no masks and don't count there")
+
+    def test_a_missing_set_leaves_no_figures_and_names_the_command(self, eval_shards, fake_runs, masks):
+        found = evaluate(eval_shards, [fake_runs("run", "footprints", masks, masks="full-body")])
+
+        assert np.isnan([*values(found, "footprints", view="camera").values()]).all()
+        command = f"ogmkit render-footprints {eval_shards} --method full-body"
+        assert any("no figures in camera view" in note and command in note for note in found.notes)
+
+
+def test_the_homography_is_the_networks_where_all_shards_have_it(own_shards, fake_runs):
+    run = fake_runs("run", "footprints", masks="surface")
+    assert evaluate(own_shards, [run]).homography == "surface"
+    for path in own_shards.glob("*.h5"):
+        with h5py.File(path, "r+") as h5:
+            for camera in h5.values():
+                camera.copy("homography/surface", "homography/network")
+                camera["homography/network/valid"][:2] = False
+    found = evaluate(own_shards, [run])
+
+    assert found.homography == "network"
+    assert "ceiling-network" in found.fixed
+    assert "4 of 16 frames have no valid network homography: predicted empty there" in found.notes
+    assert evaluate(own_shards, [run], homography="calibration").homography == "calibration"
+    assert [call[0] for call in fake_runs.opened[run].calls] == ["surface", "network", "calibration"]
+
+
+def test_samples_are_spread_and_thresholded(eval_shards, fake_runs, noisy):
+    run = fake_runs("run", "oft", noisy)
+    found = evaluate(eval_shards, [run], threshold=0.4, samples=2)
+
+    places = [(one.system, *one.place[1:]) for one in found.samples]
+    assert places == [("oft", "CAM_BACK", 4), ("oft", "CAM_FRONT", 4)]
+    drivable, vehicles = noisy(found.samples[0].place)[0] > 0.4
+    np.testing.assert_array_equal(found.samples[0].bev, drivable + 2 * vehicles)
+    assert found.samples[0].image is None
+
+
+def test_a_limit_may_leave_a_camera_without_a_mean_map(eval_shards):
+    found = evaluate(eval_shards, limit=1)
+
+    assert (found.frames, found.scenes) == (1, 1)
+    assert "mean-map" in found.fixed
+
+
+def test_a_mean_map_of_the_same_scenes_is_told(eval_shards):
+    assert "mean-map has seen scenes of this split" in evaluate(eval_shards, split="train").notes
+
+
+def test_limit_camera_and_progress(eval_shards, fake_runs):
+    calls = []
+    run = fake_runs("run")
+    found = evaluate(
+        eval_shards, [run], cameras=("CAM_BACK",), limit=3, on_progress=lambda *one: calls.append(one)
+    )
+
+    assert (found.frames, found.cameras) == (3, ("CAM_BACK",))
+    assert calls == [(done, 9) for done in range(1, 10)]  # the run's, the training split's, the rows for free
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"split": "test"}, "unknown split 'test'"),
+        ({"threshold": 1.0}, "threshold: 1 is not from 0 and below 1"),
+        ({"homography": "dlt"}, "'dlt' (all have calibration, surface); run `ogmkit homography-fit"),
+        ({"cameras": ("CAM_FROND",)}, "CAM_FRONT"),
+        ({"limit": 0}, "limit: 0 frames"),
+        ({"scale": 0.0}, "scale: 0 is not a positive number"),
+    ],
+)
+def test_bad_settings_are_named_in_one_line(eval_shards, settings, message):
+    with pytest.raises(OgmkitError, match=re.escape(message)) as caught:
+        evaluate(eval_shards, **settings)
+    assert "\n" not in str(caught.value)
+
+
+def test_an_empty_split_is_named_with_its_file(eval_shards, tmp_path):
+    path = tmp_path / "splits.json"
+    path.write_text('{"val": ["scene-9999"]}')
+    with pytest.raises(SettingsError, match=f"{path}: split 'val' has none of the scenes of {eval_shards}"):
+        evaluate(eval_shards, split_file=path)
+
+
+@pytest.mark.parametrize(
+    ("options", "kind", "message"),
+    [
+        (
+            {"grid": GridSpec(0.5, 140, 60, 136.0, 30.0)},
+            SettingsError,
+            "grid.ego_column is 30.0 here but 34.0 there",
+        ),
+        ({"cameras": ("CAM_FRONT",)}, SettingsError, "trained without CAM_BACK; choose --camera CAM_FRONT"),
+        (
+            {"system": "homography", "has_bev": False},
+            CheckpointError,
+            "`ogmkit predict homography {shards} --checkpoint {run}`",
+        ),
+    ],
+    ids=["grid", "camera", "no grids"],
+)
+def test_runs_that_do_not_fit_are_named(eval_shards, fake_runs, options, kind, message):
+    run = fake_runs("run", **options)
+    with pytest.raises(kind, match=re.escape(message.format(shards=eval_shards, run=run))) as caught:
+        evaluate(eval_shards, [run])
+    assert str(caught.value).startswith(f"{run}: ")
+
+
+def test_a_run_counts_once(eval_shards, fake_runs):
+    one, two = fake_runs("one"), fake_runs("two")
+    fake_runs.opened[two].checkpoint = fake_runs.opened[one].checkpoint
+    with pytest.raises(SettingsError, match=f"{two}: is the same checkpoint as {one}"):
+        evaluate(eval_shards, [one, two])
+
+
+def test_a_run_that_warps_needs_a_homography(own_shards, fake_runs):
+    for path in own_shards.glob("*.h5"):
+        with h5py.File(path, "r+") as h5:
+            for camera in h5.values():
+                del camera["homography/surface"]
+    run = fake_runs("run", "footprints", masks="surface")
+    with pytest.raises(
+        SettingsError, match="has no homography network or surface; choose --homography calibration"
+    ):
+        evaluate(own_shards, [run])
+    assert evaluate(own_shards).fixed == ("all-drivable", "mean-map", "ceiling-calibration")
