@@ -106,6 +106,8 @@ def command(
         summary = train(
             settings, shards, run, split_file=split_file, overwrite=overwrite, on_progress=advance
         )
+    if summary is None:
+        return  # the first process tells
     resumed = f", went on at step {summary.resumed_step:,}" if summary.resumed_step else ""
     score = "" if summary.score is None else f", best {summary.score_name} {summary.score:.4g}"
     click.echo(

@@ -23,20 +23,41 @@ def command(name):
     return main.get_command(click.Context(main), name)
 
 
-def option_names(name):
-    return {flag for option in command(name).params for flag in (*option.opts, *option.secondary_opts)}
+def members(name):
+    """The commands of a group by their full names, or the one command itself."""
+    found = command(name)
+    if not isinstance(found, click.Group):
+        return {name: found}
+    return {f"{name} {member}": inner for member, inner in found.commands.items()}
+
+
+def option_names(found):
+    return {flag for option in found.params for flag in (*option.opts, *option.secondary_opts)}
+
+
+EACH = {full: found for name in COMMANDS for full, found in members(name).items()}
+"""Commands as they are called, those of groups one by one."""
 
 
 def code_blocks(language):
     return re.findall(rf"^```{language}\n(.*?)^```", readme(), re.MULTILINE | re.DOTALL)
 
 
-@pytest.mark.parametrize("name", COMMANDS)
+def test_each_group_has_help():
+    assert all(command(name).help for name in COMMANDS)
+
+
+@pytest.mark.parametrize("name", EACH)
 def test_each_command_and_each_of_its_options_has_help(name):
-    assert command(name).help
-    for parameter in command(name).params:
+    assert EACH[name].help
+    for parameter in EACH[name].params:
         if isinstance(parameter, click.Option):
             assert parameter.help, f"{name} {parameter.opts[0]}"
+
+
+@pytest.mark.parametrize("name", EACH)
+def test_no_help_shows_a_backslash(name):
+    assert "\\" not in CliRunner().invoke(main, [*name.split(), "--help"]).output
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -45,7 +66,7 @@ def test_each_command_stands_in_the_readme(name):
 
 
 def test_options_that_the_readme_mentions_exist():
-    known = {"--help"}.union(*(option_names(name) for name in COMMANDS))
+    known = {"--help"}.union(*map(option_names, EACH.values()))
     mentioned = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", readme()))
 
     assert mentioned
@@ -54,11 +75,12 @@ def test_options_that_the_readme_mentions_exist():
 
 def test_command_lines_in_the_readme_name_commands_and_their_options():
     shell = re.sub("#.*", "", "\n".join(code_blocks("sh")))
-    lines = re.findall(r"\bogmkit ([a-z-]+)(.*)", shell)
+    lines = re.findall(r"\bogmkit ([a-z-]+)(?: ([a-z-]+))?(.*)", shell)
 
-    assert {name for name, _ in lines} <= set(COMMANDS)
-    for name, rest in lines:
-        assert set(re.findall(r"(?<!\S)--?[a-z][a-z-]*", rest)) <= option_names(name), name
+    assert {name for name, *_ in lines} <= set(COMMANDS)
+    for name, word, rest in lines:
+        found = EACH[name] if name in EACH else EACH[f"{name} {word}"]
+        assert set(re.findall(r"(?<!\S)--?[a-z][a-z-]*", rest)) <= option_names(found), name
 
 
 def test_the_schema_in_the_readme_is_the_schema():

@@ -17,14 +17,14 @@ from ogmkit.learn.systems.base import System
 
 
 class Interrupted(Exception):  # noqa: N818  # no error
-    """The user pressed Ctrl-C, and the step is saved.
+    """The user pressed Ctrl-C, and what could be saved is saved.
 
     Not a KeyboardInterrupt: Lightning would end the process on that.
     """
 
 
 class Checkpoints(Callback):
-    """Saves the last and the best state, and stops at a step's end on Ctrl-C.
+    """Saves the last and the best state, and stops at a step's end on Ctrl-C or SIGTERM.
 
     Args:
         run: the training's folder.
@@ -54,10 +54,10 @@ class Checkpoints(Callback):
 
     @contextmanager
     def holding_interrupts(self) -> Iterator[None]:
-        """Inside, Ctrl-C waits for the end of a step; a second one doesn't.
+        """Inside, Ctrl-C waits for the end of a step; a second one doesn't, and nothing more is saved.
 
         Raises:
-            Interrupted: at the step's end, when it is saved.
+            Interrupted: the step is saved, or Ctrl-C came twice.
         """
         if threading.current_thread() is not threading.main_thread():
             yield  # Python raises KeyboardInterrupt in the main thread only
@@ -67,6 +67,11 @@ class Checkpoints(Callback):
             yield
         finally:
             signal.signal(signal.SIGINT, previous)
+
+    def on_train_start(self, trainer: Trainer, pl_module: LightningModule) -> None:
+        """SIGTERM, by which schedulers announce that time is up, does as Ctrl-C; Lightning resets it."""
+        if threading.current_thread() is threading.main_thread():
+            signal.signal(signal.SIGTERM, self._interrupt)
 
     def on_train_epoch_start(self, trainer: Trainer, pl_module: LightningModule) -> None:
         """A whole epoch begins."""
@@ -135,5 +140,5 @@ class Checkpoints(Callback):
 
     def _interrupt(self, number: int, frame: FrameType | None) -> None:
         if self._interrupted:
-            raise KeyboardInterrupt
+            raise Interrupted
         self._interrupted = True

@@ -11,6 +11,7 @@ from pathlib import Path
 import torch
 from lightning.pytorch import Callback, Trainer, seed_everything
 from lightning.pytorch.loggers import TensorBoardLogger
+from lightning.pytorch.utilities import rank_zero_only
 
 from ogmkit.errors import SettingsError, TrainingError
 from ogmkit.learn.checkpoints import LAST, AtomicCheckpointIO, Card, read_checkpoint
@@ -60,7 +61,7 @@ def train(
     split_file: Path | None = None,
     overwrite: bool = False,
     on_progress: Callable[[int, int], None] | None = None,
-) -> TrainSummary:
+) -> TrainSummary | None:
     """Train a system, or go on with a training that was cut short.
 
     Killed at any moment, the same call again goes on from the last checkpoint, with the same batches and the
@@ -73,6 +74,9 @@ def train(
         split_file: JSON of split → scenes, instead of the shards' splits.
         overwrite: begin anew where there is a training already.
         on_progress: called with (steps done, steps in all).
+
+    Returns:
+        What was done; None in the processes that help the first one, where there are several devices.
 
     Raises:
         SettingsError: settings and shards don't go together.
@@ -90,8 +94,11 @@ def train(
         seed_everything(full.seed, verbose=False)
         system = build_system(full, manifest.settings.targets.grid, full.cameras)
         data = _data(full, shards, scenes, system)
-        open_folder(run, full, scenes, overwrite=overwrite)
+        if not _helps():
+            open_folder(run, full, scenes, overwrite=overwrite)
         saving = _fit(system, data, run, on_progress)
+    if _helps():
+        return None
     return TrainSummary(
         system=full.system,
         frames=len(data.train_set),
@@ -147,10 +154,11 @@ def _data(
 def _fit(
     system: System, data: ShardDataModule, run: Path, on_progress: Callable[[int, int], None] | None
 ) -> Checkpoints:
-    settings, last = system.settings, run / LAST
+    settings, last, step = system.settings, run / LAST, 0
     card = Card(settings, system.grid, system.cameras)
     if last.exists():
-        there, _ = read_checkpoint(last)
+        there, content = read_checkpoint(last)
+        step = int(content["global_step"])
         card = Card(settings, system.grid, system.cameras, there.epoch, there.batches)
         data.train_batches.epoch, data.train_batches.skip = card.epoch, card.batches
     else:
@@ -168,7 +176,7 @@ def _fit(
         accumulate_grad_batches=settings.accumulate,
         num_sanity_val_steps=1,
         log_every_n_steps=10,
-        logger=TensorBoardLogger(run, name="", version=TENSORBOARD),
+        logger=TensorBoardLogger(run, name="", version=TENSORBOARD, purge_step=step),
         callbacks=[saving, *watching],
         plugins=[AtomicCheckpointIO()],
         default_root_dir=run,
@@ -183,6 +191,11 @@ def _fit(
     except Interrupted as interrupted:
         raise KeyboardInterrupt from interrupted
     return saving
+
+
+def _helps() -> bool:
+    """Whether this process helps another that trains: Lightning starts one for each further device."""
+    return bool(getattr(rank_zero_only, "rank", 0))
 
 
 @contextmanager

@@ -101,7 +101,8 @@ class Progress(Callback):
         self, trainer: Trainer, pl_module: LightningModule, outputs: object, batch: object, batch_idx: int
     ) -> None:
         """Tell."""
-        self._on_progress(trainer.global_step, int(trainer.estimated_stepping_batches))
+        if trainer.is_global_zero:
+            self._on_progress(trainer.global_step, int(trainer.estimated_stepping_batches))
 
 
 def _row(panels: list[Tensor]) -> Tensor:

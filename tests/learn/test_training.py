@@ -94,17 +94,19 @@ def test_killed_within_an_epoch_and_resumed_the_weights_are_the_same(
     assert (whole / "metrics.csv").read_text() == (cut / "metrics.csv").read_text()
 
 
-def test_workers_and_interruptions_change_nothing(tmp_path, learn_shards):
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_workers_and_interruptions_change_nothing(tmp_path, learn_shards, number):
     whole, cut = tmp_path / "whole", tmp_path / "cut"
     train(settings("footprints", epochs=2), learn_shards, whole)
 
     def interrupt(done, total):
         if done == 2:
-            os.kill(os.getpid(), signal.SIGINT)
+            os.kill(os.getpid(), number)
 
     with pytest.raises(KeyboardInterrupt):
         train(settings("footprints", epochs=2, workers=1), learn_shards, cut, on_progress=interrupt)
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
     assert read_checkpoint(cut / "last.ckpt")[0].batches in (2, 3)
     train(settings("footprints", epochs=2), learn_shards, cut)
     assert same(weights(whole), weights(cut))

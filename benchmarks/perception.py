@@ -1,0 +1,145 @@
+"""Every stage-1 system on one synthetic world with hills: trained, evaluated, one table (takes hours).
+
+`python benchmarks/perception.py [FOLDER]`: what is there is kept, so a run that was cut short goes on.
+The world, the sizes and the epochs are constants below; they fit two cores.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+
+from ogmkit.evaluation.evaluate import evaluate
+from ogmkit.evaluation.formats import as_markdown
+from ogmkit.homography.leave_out import RANGES_M, summarise
+from ogmkit.learn.network_homography import measured
+from ogmkit.pipeline.geometry import frame_geometry
+from ogmkit.pipeline.homography_summary import read_results
+from ogmkit.shards.manifest import read_manifest
+from ogmkit.shards.reader import Shard
+
+OGMKIT = str(Path(sys.executable).with_name("ogmkit"))
+CAMERA = "CAM_FRONT"
+SCENES, FRAMES, HELD_OUT, SEED = 50, 20, 10, 11
+WORLD = ["--scenes", SCENES, "--frames", FRAMES, "--seed", SEED, "--relief", 2, "--cameras", CAMERA]
+COMMON = ["--image-size", "96x160", "--encoder", "resnet18", "--workers", 0, "--colour", 0.2, "--flip", 0.5]
+COMMON += ["--optimizer", "adamw", "--schedule", "cosine"]
+# OFT's loss is a sum over cells, which AdamW's steps don't notice: the same learning rate serves.
+MASKS = [*COMMON, "--lr", 1e-3, "--epochs", 6]
+TRAININGS = {
+    "homography": ["homography", *COMMON, "--lr", 5e-4, "--epochs", 4],
+    "homography-four-point": [
+        *("homography", *COMMON, "--lr", 5e-4, "--epochs", 8, "--crop", 0.06, "--head", "four-point"),
+    ],
+    "bev-lidar": ["bev-lidar", *MASKS, "--bev-cell", 0.5],
+    "oft": ["oft", *MASKS, "--channels", 32, "--blocks", 2],
+    "ved": ["ved", *MASKS, "--bev-cell", 1.0],
+    **{f"footprints-{seed}": ["footprints", *MASKS, "--seed", seed] for seed in range(3)},
+    **{
+        f"full-body-{seed}": ["footprints", *MASKS, "--seed", seed, "--masks", "full-body"]
+        for seed in range(3)
+    },
+}
+NETWORKS = {"homography": "network", "homography-four-point": "network-four-point"}
+"""Runs of homography and what their predictions are called; `network` is what masks are warped by."""
+JOBS = 2
+"""Trainings at a time, a core each."""
+
+
+def main():
+    folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".bench/perception")
+    folder.mkdir(parents=True, exist_ok=True)
+    started = time.monotonic()
+    shards = make_shards(folder)
+    splits = folder / "splits.json"
+    names = [entry.scene for entry in read_manifest(shards).shards]
+    splits.write_text(json.dumps({"train": names[:-HELD_OUT], "val": names[-HELD_OUT:]}))
+    seconds = train_all(folder, shards, splits, [name for name in TRAININGS if name in NETWORKS])
+    for name, source in NETWORKS.items():
+        ogmkit("predict", "homography", shards, "--checkpoint", folder / name, "--name", source)
+    ogmkit("render-footprints", shards, "--homography", "network", "--scale", 1)
+    seconds |= train_all(folder, shards, splits, [name for name in TRAININGS if name not in NETWORKS])
+    runs = [folder / name for name in TRAININGS if name not in NETWORKS]
+    found = evaluate(shards, runs, split_file=splits)
+    print(as_markdown(found))
+    print(homography_table(shards, names))
+    print("\nSeconds of each training, a core each: " + ", ".join(f"{k} {v:.0f}" for k, v in seconds.items()))
+    print(f"In all {(time.monotonic() - started) / 3600:.2f} h (this run; what was there was kept)")
+
+
+def make_shards(folder):
+    world, shards = folder / "world", folder / "shards"
+    if not world.exists():
+        ogmkit("synthesize", world, *WORLD, "--image-size", "320x180")
+    ogmkit("extract", world, shards, "--lidar", "--workers", 2, "--cache-dir", folder / "cache")
+    ogmkit("homography-fit", shards, "--workers", 2)
+    ogmkit("render-footprints", shards, "--scale", 1, "--workers", 2)
+    ogmkit("render-footprints", shards, "--scale", 1, "--method", "full-body", "--workers", 2)
+    return shards
+
+
+def train_all(folder, shards, splits, names):
+    def train(name):
+        system, *options = TRAININGS[name]
+        started = time.monotonic()
+        ogmkit("train", system, shards, "--out", folder / name, "--split-file", splits, *options)
+        return name, time.monotonic() - started
+
+    with ThreadPoolExecutor(JOBS) as pool:
+        return dict(pool.map(train, names))
+
+
+def ogmkit(*arguments):
+    command = [OGMKIT, *map(str, arguments)]
+    print("$ ogmkit", *command[1:], file=sys.stderr, flush=True)
+    environment = os.environ | {"OMP_NUM_THREADS": "1"}
+    subprocess.run(command, check=True, env=environment, stdout=sys.stderr)
+
+
+def homography_table(shards, names):
+    """Errors of boxes of held-out scenes, by range: each left out of the fit, or unknown to the network."""
+    train, val = names[:-HELD_OUT], names[-HELD_OUT:]
+    found = {source: read(shards, val, source) for source in ("surface", "dlt", "calibration")}
+    found["training set's mean"] = mean_errors(shards, train, val)
+    found |= {name: read(shards, val, source) for name, source in NETWORKS.items()}
+    header = " | ".join(f"{low:.0f}–{high:.0f} m" for low, high in RANGES_M)
+    lines = [
+        f"Error of vehicles' ground corners on the {HELD_OUT} held-out scenes, m: median / 90th percentile",
+        "",
+        f"| homography | {header} |",
+        "| --- |" + " --- |" * len(RANGES_M),
+    ]
+    for name, errors in found.items():
+        cells = (f"{one.median_m:.2f} / {one.p90_m:.2f} ({one.boxes})" for one in summarise(errors))
+        lines.append(f"| {name} | {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def read(shards, scenes, source):
+    """Errors as the shards have them."""
+    for scene in scenes:
+        with Shard(shards / f"{scene}.h5") as shard:
+            yield read_results(shard, CAMERA, source).left_out
+
+
+def mean_errors(shards, train, val):
+    """Errors of one homography for all frames: the mean of the training scenes' `surface`."""
+    matrices = []
+    for scene in train:
+        with Shard(shards / f"{scene}.h5") as shard:
+            group = shard.h5[f"{CAMERA}/homography/surface"]
+            matrices.append(group["bev_from_image"][:][group["valid"][:]])
+    mean = np.concatenate(matrices).mean(axis=0)
+    for scene in val:
+        with Shard(shards / f"{scene}.h5") as shard:
+            for frame in range(shard.frames(CAMERA)):
+                yield measured(mean, frame_geometry(shard, CAMERA, frame), shard.grid)[1]
+
+
+if __name__ == "__main__":
+    main()

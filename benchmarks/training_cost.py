@@ -1,0 +1,99 @@
+"""What a training step of each system asks of a machine at the paper's sizes: counted, no GPU needed.
+
+Operations of a forward and backward pass (torch's FLOP counter), and the bytes that the forward pass keeps
+for the backward one: most of a GPU's memory in training. Weights, gradients and momentum come on top:
+12 bytes a weight with SGD in 32 bits.
+"""
+
+import sys
+
+import torch
+from measure import show
+from torch.utils.flop_counter import FlopCounterMode
+
+from ogmkit.grid import GridSpec
+from ogmkit.learn.settings import TrainSettings
+from ogmkit.learn.systems.registry import SYSTEMS, build_system
+
+FRAMES = 1
+FRAMES_OF_TRAINVAL = 28_130
+"""Key frames of the 700 scenes of nuScenes' train split."""
+SUSTAINED_TFLOPS = 10.0
+"""Of a data-centre GPU in 32-bit (TF32) convolutions; an assumption, not a measurement."""
+
+
+def main():
+    rows = []
+    for name in sys.argv[1:] or SYSTEMS:
+        system = build_system(TrainSettings(name, masks="surface"), GridSpec(), ("CAM_FRONT",)).train()
+        weights = sum(weight.numel() for weight in system.parameters())
+        flops, kept = step(system)
+        settings = system.settings
+        memory = 12 * weights + settings.batch_size * kept
+        hours = flops * FRAMES_OF_TRAINVAL * settings.epochs / (SUSTAINED_TFLOPS * 1e12) / 3600
+        rows.append(
+            (
+                name,
+                f"{weights / 1e6:.1f} M",
+                f"{flops / 1e9:.0f}",
+                f"{kept / 1e6:.0f} MB",
+                f"{memory / 1e9:.1f} GB",
+                f"{hours:.0f} h",
+            )
+        )
+    show(
+        f"A training step at the defaults; hours for {FRAMES_OF_TRAINVAL:,} frames × 100 epochs at "
+        f"{SUSTAINED_TFLOPS:.0f} TFLOP/s",
+        ("system", "weights", "GFLOP/frame", "kept/frame", "memory, batch 8", "computed"),
+        rows,
+    )
+
+
+def step(system):
+    """Operations, and bytes kept for the backward pass, a frame."""
+    batch = batch_of(system)
+    storages = {}
+
+    def keep(tensor):
+        storage = tensor.untyped_storage()
+        storages[storage.data_ptr()] = storage.nbytes()
+        return tensor
+
+    mine = {weight.untyped_storage().data_ptr() for weight in (*system.parameters(), *system.buffers())}
+    with FlopCounterMode(display=False) as counter:
+        with torch.autograd.graph.saved_tensors_hooks(keep, lambda tensor: tensor):
+            terms = system.losses(system.answer(batch), batch)
+            loss = sum(terms.values())
+        loss.backward()
+    given = {value.untyped_storage().data_ptr() for value in batch.values()}
+    kept = sum(size for place, size in storages.items() if place not in mine | given)
+    return counter.get_total_flops() / FRAMES, kept / FRAMES
+
+
+def batch_of(system):
+    """Frames of noise: what they show doesn't change what they cost."""
+    height, width = system.settings.image_size
+    rows, columns = getattr(system, "own_grid", system.grid).shape
+    level_from_camera = torch.eye(4, dtype=torch.float64)
+    level_from_camera[:3, :3] = torch.tensor([[0.0, 0, 1], [-1, 0, 0], [0, -1, 0]])
+    level_from_camera[2, 3] = 1.5
+    intrinsics = torch.tensor([[633.0, 0, 399.5], [0, 633, 223.5], [0, 0, 1]], dtype=torch.float64)
+    homography = torch.tensor([[-0.1, 0.4, -200], [0, -0.2, -300], [0, 4e-3, -1]], dtype=torch.float64)
+    if hasattr(system, "code"):
+        near = homography * (1 + 1e-3 * torch.rand(8, 3, 3, dtype=torch.float64))
+        code = type(system.code).fit(near, torch.zeros(8, dtype=torch.int64), 1, (height, width))
+        system.code.load_state_dict(code.state_dict())
+    return {
+        "image": torch.rand(FRAMES, 3, height, width),
+        "masks": torch.rand(FRAMES, 2, height, width).round(),
+        "bev": torch.rand(FRAMES, 2, rows, columns).round(),
+        "bev_known": torch.ones(FRAMES, rows, columns),
+        "lidar": torch.rand(FRAMES, 3, rows, columns),
+        "bev_from_image": homography.repeat(FRAMES, 1, 1),
+        "intrinsics": intrinsics.repeat(FRAMES, 1, 1),
+        "level_from_camera": level_from_camera.repeat(FRAMES, 1, 1),
+        "camera": torch.zeros(FRAMES, dtype=torch.int64),
+    }
+
+
+main()

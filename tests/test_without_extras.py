@@ -1,0 +1,87 @@
+"""The data commands need none of the extras, and what needs them says how to install them."""
+
+import subprocess
+import sys
+
+import pytest
+
+# Python's own way to make an import fail, as it does where the package is not installed.
+BLOCKED = """
+import sys
+for name in ("torch", "torchvision", "lightning", "kornia", "segmentation_models_pytorch", "torchmetrics",
+             "tensorboard", "yaml", "onnx", "onnxruntime", "matplotlib", "scipy"):
+    sys.modules[name] = None
+from ogmkit_cli.main import main
+main(prog_name="ogmkit")
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("bare")
+
+
+def run(*arguments):
+    return subprocess.run(
+        [sys.executable, "-c", BLOCKED, *map(str, arguments)], capture_output=True, text=True, check=False
+    )
+
+
+@pytest.fixture(scope="module")
+def shards(folder, tiny_dataroot):
+    out = folder / "shards"
+    grid = ["--cell-size", "0.5", "--rows", "60", "--columns", "40"]
+    result = run("extract", tiny_dataroot, out, *grid, "--cache-dir", folder / "cache")
+    assert (result.returncode, result.stderr) == (0, "")
+    return out
+
+
+def test_every_module_of_the_core_imports_without_them():
+    code = """
+import sys, pkgutil, importlib
+for name in ("torch", "lightning", "kornia", "segmentation_models_pytorch", "torchmetrics", "yaml", "onnx"):
+    sys.modules[name] = None
+import ogmkit
+names = [module.name for module in pkgutil.walk_packages(ogmkit.__path__, "ogmkit.")
+         if not module.name.startswith("ogmkit.learn")]
+for name in names:
+    importlib.import_module(name)
+print(len(names))
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert int(done.stdout) > 100
+
+
+def test_the_data_commands_work(folder, shards, tiny_dataroot):
+    for arguments in (
+        ["check", tiny_dataroot],
+        ["homography-fit", shards, "--method", "surface"],
+        ["render-footprints", shards, "--scale", "1"],
+        ["verify", shards],
+        ["inspect", shards],
+        ["preview", shards, "--out", folder / "pictures", "--frames", "1"],
+    ):
+        result = run(*arguments)
+        assert result.returncode == 0, result.stderr
+
+
+def test_evaluation_of_the_fixed_rows_needs_no_network(shards):
+    result = run("evaluate", shards, "--format", "csv")
+    assert result.returncode == 0, result.stderr
+    assert result.stdout.startswith("system,target,view,region,cells,iou,value,low,high\n")
+
+
+def test_training_says_how_to_install_what_it_needs(folder, shards):
+    for arguments in (
+        ["train", "footprints", shards, "--out", folder / "run"],
+        ["predict", "homography", shards, "--checkpoint", folder / "run"],
+        ["predict", "footprints", shards, "--checkpoint", folder / "run", "--out", folder / "masks"],
+        ["evaluate", shards, folder / "run"],
+        ["export", folder / "run", "--out", folder / "model.onnx"],
+    ):
+        (folder / "run").mkdir(exist_ok=True)
+        result = run(*arguments)
+        assert result.returncode == 1
+        assert result.stderr.count("\n") == 1
+        assert "pip install 'ogmkit[train]'" in result.stderr
