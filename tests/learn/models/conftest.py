@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import torch
 
 from ogmkit.geometry.camera import image_from_ground
 from ogmkit.geometry.se3 import pose_matrix, rotation_matrix
@@ -14,6 +13,8 @@ FRONT = np.array(
 
 @pytest.fixture(autouse=True)
 def _seed():
+    import torch  # here: this file is read where torch is absent, too
+
     torch.manual_seed(3)
 
 
@@ -53,6 +54,7 @@ def check_network():
 
     Returns what the network gives for the inputs in eval mode.
     """
+    import torch
 
     def first(result):
         return result[0] if isinstance(result, tuple) else result
