@@ -36,11 +36,14 @@ COMMON = {
 
 @pytest.fixture(scope="module")
 def shards(tmp_path_factory):
-    """Two scenes, train and val, in traffic: all four frames show vehicles."""
+    """Two scenes, train and val, in traffic and on hills: frames show vehicles, and homographies differ."""
     folder = tmp_path_factory.mktemp("overfit")
     world, out = folder / "world", folder / "shards"
     cameras = COMMON["cameras"]
-    synthesize(world, SynthesisSettings(scenes=2, frames=8, seed=1, cameras=cameras, image_size=(180, 320)))
+    traffic = SynthesisSettings(
+        scenes=2, frames=8, seed=1, cameras=cameras, image_size=(180, 320), relief_m=2.0
+    )
+    synthesize(world, traffic)
     settings = ExtractSettings(TargetSettings(GridSpec(0.5, 80, 60, 80.0, 34.0), lidar=True), cameras)
     with Dataset(world) as dataset:
         scenes, splits = dataset.scene_names(), dataset.splits()
