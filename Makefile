@@ -13,7 +13,7 @@ help:
 	@echo "make install      $(VENV) with the ogmkit command and what training needs"
 	@echo "make demo         shards, homographies, footprints, a small training and its table, under demo/"
 	@echo "make test         linters, types, import contract and tests"
-	@echo "make slow         the long tests: every system overfits four frames, masks of real size"
+	@echo "make slow         the long tests: four frames learnt by heart, masks of real size"
 	@echo "make conformance  ogmkit beside the official nuScenes devkit, in $(DEVKIT)"
 	@echo "make bench        the README's figures, measured side by side"
 	@echo "make bench-learn  every system trained on a synthetic world, one table; takes hours"
@@ -53,10 +53,10 @@ demo: $(VENV)/.installed
 	$(VENV)/bin/ogmkit verify demo/shards
 	$(VENV)/bin/ogmkit inspect demo/shards
 	$(VENV)/bin/ogmkit preview demo/shards --out demo/pictures --view targets --view footprints --view stretch
-	$(VENV)/bin/ogmkit train homography demo/shards --out demo/runs/homography --overwrite $(SMALL) --epochs 12
+	$(VENV)/bin/ogmkit train homography demo/shards --out demo/runs/homography --overwrite $(SMALL) --epochs 8
 	$(VENV)/bin/ogmkit predict homography demo/shards --checkpoint demo/runs/homography --overwrite
 	$(VENV)/bin/ogmkit render-footprints demo/shards --homography network --scale 1 --overwrite
-	$(VENV)/bin/ogmkit train footprints demo/shards --out demo/runs/footprints --overwrite $(SMALL) --epochs 30
+	$(VENV)/bin/ogmkit train footprints demo/shards --out demo/runs/footprints --overwrite $(SMALL) --epochs 20
 	$(VENV)/bin/ogmkit evaluate demo/shards demo/runs/footprints --pictures demo/evaluation
 	@echo
 	@echo "Look at demo/pictures, demo/homographies.png and demo/evaluation; the shards they come from are"
