@@ -58,7 +58,8 @@ def make_run():
     def make(path, system, grid, cameras, change=None, **settings):
         import torch
 
-        from ogmkit.learn.checkpoints import BEST, Card
+        from ogmkit.learn.checkpoints import Card
+        from ogmkit.learn.runs import BEST
         from ogmkit.learn.settings import TrainSettings
         from ogmkit.learn.systems.registry import build_system
 

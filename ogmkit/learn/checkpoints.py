@@ -14,6 +14,7 @@ from lightning.fabric.plugins.io.torch_io import TorchCheckpointIO
 from ogmkit import __version__
 from ogmkit.errors import CheckpointError, OgmkitError, SettingsError
 from ogmkit.grid import GridSpec
+from ogmkit.learn.runs import BEST, LAST
 from ogmkit.learn.settings import TrainSettings
 from ogmkit.learn.systems.base import System
 from ogmkit.learn.systems.registry import build_system
@@ -24,7 +25,6 @@ _Path = str | Path
 KEY = "ogmkit"
 """Of our own part of a checkpoint, which is Lightning's otherwise."""
 FORMAT_VERSION = 1
-LAST, BEST = "last.ckpt", "best.ckpt"
 
 AGAIN = "train again, or choose another checkpoint"
 

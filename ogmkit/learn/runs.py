@@ -11,6 +11,7 @@ from ogmkit.learn.settings import TrainSettings
 from ogmkit.shards.atomic import output_errors, replacing, write_json
 from ogmkit.shards.settings import differences
 
+LAST, BEST = "last.ckpt", "best.ckpt"
 CONFIG = "config.yaml"
 SPLITS = "splits.json"
 """The scenes of both splits, as a split file."""
@@ -101,5 +102,5 @@ def _clear(run: Path) -> None:
     with output_errors(run):
         for path in (run / TENSORBOARD).glob("events.out.tfevents.*"):
             path.unlink()
-        for name in ("last.ckpt", "best.ckpt", METRICS, SAMPLES, SPLITS, CONFIG):
+        for name in (LAST, BEST, METRICS, SAMPLES, SPLITS, CONFIG):
             (run / name).unlink(missing_ok=True)

@@ -11,8 +11,9 @@ from typing import Any
 
 from lightning.pytorch import Callback, LightningModule, Trainer
 
-from ogmkit.learn.checkpoints import BEST, KEY, LAST, AtomicCheckpointIO, Card
+from ogmkit.learn.checkpoints import KEY, AtomicCheckpointIO, Card
 from ogmkit.learn.data.loader import EpochBatches
+from ogmkit.learn.runs import BEST, LAST
 from ogmkit.learn.systems.base import System
 
 

@@ -14,12 +14,12 @@ from lightning.pytorch.loggers import TensorBoardLogger
 from lightning.pytorch.utilities import rank_zero_only
 
 from ogmkit.errors import SettingsError, TrainingError
-from ogmkit.learn.checkpoints import LAST, AtomicCheckpointIO, Card, read_checkpoint
+from ogmkit.learn.checkpoints import AtomicCheckpointIO, Card, read_checkpoint
 from ogmkit.learn.choices import completed
 from ogmkit.learn.data.augment import Augmentation
 from ogmkit.learn.data.module import ShardDataModule
 from ogmkit.learn.data.splits import split_scenes
-from ogmkit.learn.runs import METRICS, SAMPLES, TENSORBOARD, open_folder
+from ogmkit.learn.runs import LAST, METRICS, SAMPLES, TENSORBOARD, open_folder
 from ogmkit.learn.saving import Checkpoints, Interrupted
 from ogmkit.learn.settings import TrainSettings
 from ogmkit.learn.systems.base import System
