@@ -74,8 +74,9 @@ def learnt(tmp_path, shards, settings):
         # DeepLab's heads draw at a quarter of the image's size: vehicles far away need some pixels.
         ("footprints", {"epochs": 200, "image_size": (128, 224)}),
         ("footprints", {"epochs": 200, "image_size": (128, 224), "masks": "full-body"}),
-        ("ved", {"epochs": 200, "bev_cell_m": 1.0}),
-        ("oft", {"epochs": 200, "channels": 32, "blocks": 2}),
+        ("ved", {"epochs": 300, "bev_cell_m": 1.0}),
+        # Cells out of sight are learnt, too: as many blocks as published, so that cells in sight reach them.
+        ("oft", {"epochs": 600, "channels": 64, "blocks": 8}),
         ("bev-lidar", {"epochs": 200, "bev_cell_m": 0.5}),
     ],
     ids=lambda value: value if isinstance(value, str) else value.get("masks", ""),
