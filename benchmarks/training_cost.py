@@ -12,45 +12,56 @@ from measure import show
 from torch.utils.flop_counter import FlopCounterMode
 
 from ogmkit.grid import GridSpec
+from ogmkit.learn.data.index import SEQUENCE
 from ogmkit.learn.settings import TrainSettings
 from ogmkit.learn.systems.registry import SYSTEMS, build_system
 
-FRAMES = 1
 FRAMES_OF_TRAINVAL = 28_130
 """Key frames of the 700 scenes of nuScenes' train split."""
+SEQUENCES_OF_TRAINVAL = FRAMES_OF_TRAINVAL - 12 * 700
+"""Of them, those with six before and six after in their scene."""
 SUSTAINED_TFLOPS = 10.0
 """Of a data-centre GPU in 32-bit (TF32) convolutions; an assumption, not a measurement."""
 
 
+VARIANTS = {
+    **{name: {"system": name} for name in SYSTEMS},
+    "holistic --checkpoint-gradients": {"system": "holistic", "checkpoint_gradients": True},
+    "holistic --freeze": {"system": "holistic", "perception": "(a run)", "freeze": True},
+    "end-to-end --checkpoint-gradients": {"system": "end-to-end", "checkpoint_gradients": True},
+}
+
+
 def main():
     rows = []
-    for name in sys.argv[1:] or SYSTEMS:
-        system = build_system(TrainSettings(name, masks="surface"), GridSpec(), ("CAM_FRONT",)).train()
+    for name in sys.argv[1:] or VARIANTS:
+        settings = TrainSettings(masks="surface", **VARIANTS[name])
+        system = build_system(settings, GridSpec(), ("CAM_FRONT",)).train()
         weights = sum(weight.numel() for weight in system.parameters())
         flops, kept = step(system)
-        settings = system.settings
         memory = 12 * weights + settings.batch_size * kept
-        hours = flops * FRAMES_OF_TRAINVAL * settings.epochs / (SUSTAINED_TFLOPS * 1e12) / 3600
+        samples = SEQUENCES_OF_TRAINVAL if system.plans else FRAMES_OF_TRAINVAL
+        hours = flops * samples * settings.epochs / (SUSTAINED_TFLOPS * 1e12) / 3600
         rows.append(
             (
                 name,
                 f"{weights / 1e6:.1f} M",
                 f"{flops / 1e9:.0f}",
                 f"{kept / 1e6:.0f} MB",
-                f"{memory / 1e9:.1f} GB",
-                f"{hours:.0f} h",
+                f"{memory / 1e9:.1f} GB of {settings.batch_size}",
+                f"{hours:.0f} h of {settings.epochs} epochs",
             )
         )
     show(
-        f"A training step at the defaults; hours for {FRAMES_OF_TRAINVAL:,} frames × 100 epochs at "
-        f"{SUSTAINED_TFLOPS:.0f} TFLOP/s",
-        ("system", "weights", "GFLOP/frame", "kept/frame", "memory, batch 8", "computed"),
+        f"A training step at the defaults; hours for {FRAMES_OF_TRAINVAL:,} frames, or "
+        f"{SEQUENCES_OF_TRAINVAL:,} sequences of six, at {SUSTAINED_TFLOPS:.0f} TFLOP/s",
+        ("system", "weights", "GFLOP/sample", "kept/sample", "memory, batch", "computed"),
         rows,
     )
 
 
 def step(system):
-    """Operations, and bytes kept for the backward pass, a frame."""
+    """Operations, and bytes kept for the backward pass, a sample."""
     batch = batch_of(system)
     storages = {}
 
@@ -67,11 +78,11 @@ def step(system):
         loss.backward()
     given = {value.untyped_storage().data_ptr() for value in batch.values()}
     kept = sum(size for place, size in storages.items() if place not in mine | given)
-    return counter.get_total_flops() / FRAMES, kept / FRAMES
+    return counter.get_total_flops(), kept
 
 
 def batch_of(system):
-    """Frames of noise: what they show doesn't change what they cost."""
+    """A sample of noise: what it shows doesn't change what it costs."""
     height, width = system.settings.image_size
     rows, columns = getattr(system, "own_grid", system.grid).shape
     level_from_camera = torch.eye(4, dtype=torch.float64)
@@ -83,16 +94,19 @@ def batch_of(system):
         near = homography * (1 + 1e-3 * torch.rand(8, 3, 3, dtype=torch.float64))
         code = type(system.code).fit(near, torch.zeros(8, dtype=torch.int64), 1, (height, width))
         system.code.load_state_dict(code.state_dict())
+    lead = (1, SEQUENCE) if system.plans else (1,)
     return {
-        "image": torch.rand(FRAMES, 3, height, width),
-        "masks": torch.rand(FRAMES, 2, height, width).round(),
-        "bev": torch.rand(FRAMES, 2, rows, columns).round(),
-        "bev_known": torch.ones(FRAMES, rows, columns),
-        "lidar": torch.rand(FRAMES, 3, rows, columns),
-        "bev_from_image": homography.repeat(FRAMES, 1, 1),
-        "intrinsics": intrinsics.repeat(FRAMES, 1, 1),
-        "level_from_camera": level_from_camera.repeat(FRAMES, 1, 1),
-        "camera": torch.zeros(FRAMES, dtype=torch.int64),
+        "image": torch.rand(*lead, 3, height, width),
+        "masks": torch.rand(*lead, 2, height, width).round(),
+        "bev": torch.rand(*lead, 2, rows, columns).round(),
+        "bev_known": torch.ones(*lead, rows, columns),
+        "lidar": torch.rand(*lead, 3, rows, columns),
+        "bev_from_image": homography.expand(*lead, 3, 3),
+        "intrinsics": intrinsics.expand(*lead, 3, 3),
+        "level_from_camera": level_from_camera.expand(*lead, 4, 4),
+        "positions": torch.rand(1, SEQUENCE, 2),
+        "future": torch.rand(1, SEQUENCE, 2),
+        "camera": torch.zeros(1, dtype=torch.int64),
     }
 
 

@@ -11,6 +11,7 @@ from .text import with_number
 from .train_options import setting_options
 
 SYSTEMS = ("homography", "footprints", "ved", "oft", "bev-lidar")
+PLANNERS = ("lstm-ed", "end-to-end", "mid-to-end", "holistic", "holistic-cv")
 
 
 _CONFIGURED = "ogmkit.train.system"
@@ -40,7 +41,7 @@ def _configured(context: click.Context, parameter: click.Parameter, path: Path |
 
 
 @click.command()
-@click.argument("system", type=click.Choice(SYSTEMS))
+@click.argument("system", type=click.Choice((*SYSTEMS, *PLANNERS)))
 @click.argument("shards", type=click.Path(exists=True, file_okay=False, path_type=Path))
 @click.option(
     "--out",
@@ -67,7 +68,6 @@ def command(
     print_config: bool,
     split_file: Path | None,
     overwrite: bool,
-    lr: float | None,
     **values: object,  # the other settings, by their names
 ) -> None:
     """Train a network on shards.
@@ -79,6 +79,14 @@ def command(
     ved         image → BEV through a variational bottleneck, one model a target
     oft         image → BEV through the Orthographic Feature Transform
     bev-lidar   LiDAR from above → BEV
+
+    \b
+    or a planner, from sequences of six frames to the next 2.5 s, given the destination after 3 s
+    lstm-ed     from the past trajectory alone
+    end-to-end  from images
+    mid-to-end  from true masks on the plane
+    holistic    from images through footprints, warped to the plane: the paper's
+    holistic-cv the same without the warp
 
     SHARDS is a folder that `ogmkit extract` wrote. The defaults are the paper's. RUN gets config.yaml,
     splits.json, metrics.csv, tensorboard/, samples.png, last.ckpt and best.ckpt. Ctrl-C finishes the step and
@@ -93,8 +101,7 @@ def command(
     configured = click.get_current_context().meta.get(_CONFIGURED, system)
     if configured != system:
         raise click.UsageError(f"--config is of {configured}, not of {system}.")
-    chosen = values if lr is None else {**values, "lr": lr}
-    settings = TrainSettings.from_dict({"system": system, **chosen})
+    settings = TrainSettings.from_dict({"system": system, **values})
     if print_config:
         click.echo(as_yaml(settings), nl=False)
         return
@@ -110,8 +117,9 @@ def command(
         return  # the first process tells
     resumed = f", went on at step {summary.resumed_step:,}" if summary.resumed_step else ""
     score = "" if summary.score is None else f", best {summary.score_name} {summary.score:.4g}"
+    sample = "sequence" if system in PLANNERS else "frame"
     click.echo(
         f"{run}: {summary.system}, {with_number(summary.steps, 'step')} on "
-        f"{with_number(summary.frames, 'frame')}{score} on {with_number(summary.val_frames, 'frame')}"
+        f"{with_number(summary.frames, sample)}{score} on {with_number(summary.val_frames, sample)}"
         f"{resumed}, {summary.seconds:.1f} s"
     )

@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 import click
 
 from .options import shards_split_file_option, tensor_size
+from .planner_options import PLANNER_OPTIONS
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -55,7 +56,7 @@ _OPTIONS = (
         metavar="HEIGHTxWIDTH",
         default="448x800",
         show_default=True,
-        help="Size that images are resized to.  No effect on bev-lidar.",
+        help="Size that images are resized to.  No effect on bev-lidar, lstm-ed and mid-to-end.",
     ),
     click.option(
         "--encoder",
@@ -74,7 +75,7 @@ _OPTIONS = (
         "--masks",
         metavar="SET",
         show_default="network if there, else surface",
-        help="Camera-view masks that footprints learns; full-body is the control.",
+        help="Camera-view masks that footprints and the holistic planners learn; full-body is the control.",
     ),
     click.option(
         "--target",
@@ -116,8 +117,19 @@ _OPTIONS = (
         show_default=True,
         help="Residual blocks of the top-down network (oft).",
     ),
-    click.option("--epochs", type=int, default=100, show_default=True, help="Passes over the frames."),
-    click.option("--batch-size", type=int, default=8, show_default=True, help="Frames at a time."),
+    *PLANNER_OPTIONS,
+    click.option(
+        "--epochs",
+        type=int,
+        show_default="100; 200 for planners",
+        help="Passes over the frames, or sequences.",
+    ),
+    click.option(
+        "--batch-size",
+        type=int,
+        show_default="8; 10 for planners",
+        help="Frames, or sequences, at a time.",
+    ),
     click.option(
         "--accumulate", type=int, default=1, show_default=True, help="Batches whose gradients make one step."
     ),
@@ -139,11 +151,17 @@ _OPTIONS = (
     click.option("--momentum", type=float, default=0.9, show_default=True, help="Momentum of sgd."),
     click.option("--weight-decay", type=float, default=0.0, show_default=True, help="Decay of all weights."),
     click.option(
+        "--clip-norm",
+        type=float,
+        show_default="0; 1 for planners",
+        help="Norm that a step's gradients are scaled down to if theirs is larger; 0 leaves them.",
+    ),
+    click.option(
         "--colour",
         type=float,
         default=0.0,
         show_default=True,
-        help="Strength of random brightness, contrast and saturation, 0 to 1.  No effect on bev-lidar.",
+        help="Strength of random brightness, contrast and saturation, 0 to 1.  No effect without images.",
     ),
     click.option(
         "--flip", type=float, default=0.0, show_default=True, help="Probability of a horizontal flip."
@@ -153,11 +171,16 @@ _OPTIONS = (
         type=float,
         default=0.0,
         show_default=True,
-        help="Share of an image's sides cut off at random, at most.  No effect on bev-lidar.",
+        help="Share of an image's sides cut off at random, at most.  No effect without images.",
     ),
     click.option("--seed", type=int, default=0, show_default=True, help="Everything random comes from it."),
     click.option("--max-steps", type=int, show_default="no bound", help="Steps of the optimiser at most."),
-    click.option("--limit-frames", type=int, show_default="all", help="Frames of each split, evenly spread."),
+    click.option(
+        "--limit-frames",
+        type=int,
+        show_default="all",
+        help="Frames, or sequences, of each split, evenly spread.",
+    ),
     click.option(
         "--workers",
         type=int,

@@ -32,6 +32,39 @@ def tiny_dataroot(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
+def plan_shards(tmp_path_factory):
+    """Two scenes (train, val), of four sequences with a valid trajectory each, one camera, an off-centre grid.
+
+    With homographies and footprints by `surface`. Tests only read it.
+    """
+    from ogmkit.footprints.settings import FootprintSettings
+    from ogmkit.grid import GridSpec
+    from ogmkit.nuscenes.dataset import Dataset
+    from ogmkit.pipeline.extract import extract
+    from ogmkit.pipeline.homography_fit import fit_shards
+    from ogmkit.pipeline.render_footprints import render_footprints
+    from ogmkit.shards.settings import ExtractSettings
+    from ogmkit.synthetic.build import SynthesisSettings, synthesize
+    from ogmkit.targets import TargetSettings
+
+    folder = tmp_path_factory.mktemp("plans")
+    world, out, cameras = folder / "world", folder / "shards", ("CAM_FRONT",)
+    synthesize(
+        world,
+        SynthesisSettings(
+            scenes=2, frames=16, seed=3, cameras=cameras, image_size=(90, 160), lidar=False, relief_m=1.0
+        ),
+    )
+    settings = ExtractSettings(TargetSettings(GridSpec(0.5, 80, 60, 80.0, 34.0)), cameras)
+    with Dataset(world) as dataset:
+        scenes, splits = dataset.scene_names(), dataset.splits()
+        extract(dataset, out, settings, scenes=scenes, splits=splits, cache_dir=folder / "cache")
+    fit_shards(out, ("surface",))
+    render_footprints(out, FootprintSettings(scale=1.0))
+    return out
+
+
+@pytest.fixture(scope="session")
 def edit_table():
     """Change one JSON table in place: `edit_table(root, table, function)`; returns the table's path.
 
@@ -64,7 +97,7 @@ def make_run():
         from ogmkit.learn.systems.registry import build_system
 
         tiny = {"image_size": (64, 96), "encoder": "resnet18", "channels": 8, "blocks": 1, "bev_cell_m": None}
-        masks = "surface" if system == "footprints" else None
+        masks = "surface" if system in ("footprints", "holistic", "holistic-cv") else None
         chosen = TrainSettings(system, **(tiny | {"masks": masks} | settings))
         torch.manual_seed(0)
         net = build_system(chosen, grid, tuple(cameras))

@@ -156,7 +156,8 @@ def load_system(path: Path) -> tuple[Card, System]:
         CheckpointError: as `read_checkpoint`, or the weights are not this system's.
     """
     card, content = read_checkpoint(path)
-    fresh = dataclasses.replace(card.settings, encoder_weights=None)  # they are in the checkpoint
+    # Weights are in the checkpoint, and predicting needs no gradients.
+    fresh = dataclasses.replace(card.settings, encoder_weights=None, checkpoint_gradients=False)
     try:
         system = build_system(fresh, card.grid, card.cameras)
         system.load_state_dict(content["state_dict"])

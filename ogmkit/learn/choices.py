@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ogmkit.errors import SettingsError
-from ogmkit.learn.settings import TrainSettings
+from ogmkit.learn.settings import HOLISTIC, TrainSettings
 from ogmkit.nuscenes.names import unknown
 from ogmkit.shards import schema
 from ogmkit.shards.manifest import Manifest
@@ -15,7 +15,7 @@ NETWORK, SURFACE = "network", "surface"
 
 
 def completed(settings: TrainSettings, shards: Path, manifest: Manifest) -> TrainSettings:
-    """The settings with cameras and, for `footprints`, the set of masks filled in.
+    """The settings with cameras and, where masks are learnt, their set filled in.
 
     Raises:
         SettingsError: a camera is not in the shards.
@@ -27,7 +27,7 @@ def completed(settings: TrainSettings, shards: Path, manifest: Manifest) -> Trai
             raise SettingsError(f"{shards}: {unknown('camera', camera, known)}")
     cameras = tuple(dict.fromkeys(settings.cameras)) or known
     masks = settings.masks
-    if settings.system == "footprints" and masks is None:
+    if settings.system in ("footprints", *HOLISTIC) and masks is None:
         masks = preferred(shards, manifest, cameras[0], schema.FOOTPRINTS.name)
     return dataclasses.replace(settings, cameras=cameras, masks=masks)
 

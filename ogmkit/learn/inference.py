@@ -66,6 +66,11 @@ class Run:
         return self.card.settings.system
 
     @property
+    def name(self) -> str:
+        """The system's name as tables have it: `-np` for a planner without the past."""
+        return f"{self.system}-np" if self.card.settings.no_past else self.system
+
+    @property
     def masks(self) -> str | None:
         """The set of camera-view masks that it was trained on; None for a system without."""
         return self.card.settings.masks if self.system == "footprints" else None
@@ -142,6 +147,18 @@ def require_same_grid(run: Run, grid: GridSpec, owner: Path) -> None:
         )
 
 
+def require_cameras(run: Run, cameras: Sequence[str]) -> None:
+    """Refuse cameras that the run was not trained on.
+
+    Raises:
+        SettingsError: names the first of them.
+    """
+    unknown = [camera for camera in cameras if camera not in run.cameras]
+    if unknown:
+        known = ", ".join(run.cameras)
+        raise SettingsError(f"{run.path}: does not know {unknown[0]}: it was trained on {known}")
+
+
 def predict_frames(
     run: Run,
     shards: Path,
@@ -170,10 +187,7 @@ def predict_frames(
         ShardError: the shards lack what the run predicts from.
     """
     require_grid(run, shards)
-    unknown = [camera for camera in cameras if camera not in run.cameras]
-    if unknown:
-        known = ", ".join(run.cameras)
-        raise SettingsError(f"{run.path}: does not know {unknown[0]}: it was trained on {known}")
+    require_cameras(run, cameras)
     spec = run.model.prediction_spec(homography)
     index = index_frames(shards, scenes, cameras, needs=spec, valid_only=False, limit=limit)
     dataset = FrameDataset(index, spec)

@@ -24,6 +24,7 @@ from ogmkit.learn.saving import Checkpoints, Interrupted
 from ogmkit.learn.settings import TrainSettings
 from ogmkit.learn.systems.base import System
 from ogmkit.learn.systems.registry import build_system
+from ogmkit.learn.warm_start import require_perception, warm_start
 from ogmkit.learn.watching import Metrics, Progress, Samples
 from ogmkit.shards.manifest import Manifest, read_manifest
 
@@ -34,7 +35,7 @@ class TrainSummary:
 
     Attributes:
         system: its name.
-        frames: that it learnt from.
+        frames: that it learnt from; of a planner, sequences.
         val_frames: that it was scored on.
         steps: of the optimiser, over all runs.
         resumed_step: where this run went on; 0 where it began.
@@ -88,7 +89,7 @@ def train(
     """
     started = time.monotonic()
     manifest = read_manifest(shards)
-    full = completed(settings, shards, manifest)
+    full = require_perception(completed(settings, shards, manifest), manifest.settings.targets.grid)
     scenes = _scenes(full, manifest, split_file)
     with _quiet():
         seed_everything(full.seed, verbose=False)
@@ -148,6 +149,7 @@ def _data(
         workers=settings.workers,
         seed=settings.seed,
         limit_frames=settings.limit_frames,
+        sequences=system.plans,
     )
 
 
@@ -162,6 +164,7 @@ def _fit(
         card = Card(settings, system.grid, system.cameras, there.epoch, there.batches)
         data.train_batches.epoch, data.train_batches.skip = card.epoch, card.batches
     else:
+        warm_start(system)
         system.prepare(data.plain_train_dataloader())
     saving = Checkpoints(run, card, data.train_batches)
     watching: list[Callback] = [Metrics(run / METRICS), Samples(run / SAMPLES)]
@@ -174,6 +177,7 @@ def _fit(
         max_epochs=settings.epochs,
         max_steps=settings.max_steps or -1,
         accumulate_grad_batches=settings.accumulate,
+        gradient_clip_val=settings.clip_norm or None,
         num_sanity_val_steps=1,
         log_every_n_steps=10,
         logger=TensorBoardLogger(run, name="", version=TENSORBOARD, purge_step=step),

@@ -7,13 +7,15 @@ from lightning import LightningDataModule
 
 from ogmkit.learn.data.augment import Augmentation
 from ogmkit.learn.data.frames import FrameDataset
-from ogmkit.learn.data.index import index_frames
+from ogmkit.learn.data.index import index_frames, index_sequences
 from ogmkit.learn.data.loader import BatchLoader, EpochBatches, loader
+from ogmkit.learn.data.poses import require_finite_poses
+from ogmkit.learn.data.sequences import SequenceDataset
 from ogmkit.learn.data.spec import SampleSpec
 
 
 class ShardDataModule(LightningDataModule):
-    """Frames of training and validation scenes; both leave out frames that lack something valid.
+    """Frames, or sequences, of training and validation scenes; both leave out what lacks something valid.
 
     Its loaders divide the batches among devices by themselves: the trainer needs
     `use_distributed_sampler=False`.
@@ -28,15 +30,17 @@ class ShardDataModule(LightningDataModule):
         batch_size: samples of a batch, on each device.
         workers: processes that read ahead, for each of the two loaders.
         seed: of order and augmentation.
-        limit_frames: most frames of either set, evenly spread; None takes all.
+        limit_frames: most samples of either set, evenly spread; None takes all.
+        sequences: whether samples are sequences of six images instead of frames.
 
     Attributes:
-        train_set: training frames.
-        val_set: validation frames.
+        train_set: training samples.
+        val_set: validation samples.
         train_batches: order of the training's batches; set its `epoch` and `skip` to go on in mid-epoch.
 
     Raises:
-        SettingsError, ShardError, TrainingError: see `index_frames`, `FrameDataset` and `EpochBatches`.
+        SettingsError, ShardError, TrainingError: see `index_frames`, `index_sequences`, `FrameDataset` and
+            `EpochBatches`.
     """
 
     def __init__(
@@ -52,15 +56,20 @@ class ShardDataModule(LightningDataModule):
         workers: int = 0,
         seed: int = 0,
         limit_frames: int | None = None,
+        sequences: bool = False,
     ) -> None:
         super().__init__()
+        find, samples = (index_sequences, SequenceDataset) if sequences else (index_frames, FrameDataset)
         train_index, val_index = (
-            index_frames(out, scenes, cameras, needs=spec, limit=limit_frames) for scenes in (train, val)
+            find(out, scenes, cameras, needs=spec, limit=limit_frames) for scenes in (train, val)
         )
-        self.train_set = FrameDataset(train_index, spec, augment=augmentation)
-        self._plain_train_set = FrameDataset(train_index, spec)
+        if sequences:
+            require_finite_poses(train_index)
+            require_finite_poses(val_index)
+        self.train_set = samples(train_index, spec, augment=augmentation)
+        self._plain_train_set = samples(train_index, spec)
         self._batch_size = batch_size
-        self.val_set = FrameDataset(val_index, spec)
+        self.val_set = samples(val_index, spec)
         self.train_batches = EpochBatches(len(self.train_set), batch_size, seed=seed, shuffle=True)
         self._val_batches = EpochBatches(len(self.val_set), batch_size, seed=seed, shuffle=False)
         self._workers = workers
@@ -70,7 +79,7 @@ class ShardDataModule(LightningDataModule):
         return self._loader(self.train_set, self.train_batches)
 
     def plain_train_dataloader(self) -> BatchLoader:
-        """Training frames in order and as they are, for statistics."""
+        """Training samples in order and as they are, for statistics."""
         batches = EpochBatches(len(self.train_set), self._batch_size, seed=0, shuffle=False)
         return loader(self._plain_train_set, batches, workers=0)
 

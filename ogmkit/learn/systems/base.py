@@ -14,6 +14,7 @@ from torch.utils.data import DataLoader
 from ogmkit.errors import SettingsError, TrainingError
 from ogmkit.grid import GridSpec
 from ogmkit.learn.data.spec import SampleSpec
+from ogmkit.learn.models.gaussian import Gaussians
 from ogmkit.learn.settings import TrainSettings
 
 Batch = dict[str, Tensor]
@@ -31,11 +32,13 @@ class Prediction:
         bev: (B, 2, rows, columns) probabilities on the shards' grid; None for a system without.
         image: (B, 2, h, w) probabilities at the network's image size; None for a system without.
         bev_from_image: (B, 3, 3) float64 from pixels of the resized image; None for a system without.
+        plan: distributions of future points 1 … 5; None for a system without.
     """
 
     bev: Tensor | None = None
     image: Tensor | None = None
     bev_from_image: Tensor | None = None
+    plan: Gaussians | None = None
 
 
 class System(LightningModule):
@@ -53,11 +56,13 @@ class System(LightningModule):
         score_name: of the validation figure that the best checkpoint is chosen by.
         score_sign: 1 where more of it is better, −1 where less is.
         has_bev: whether it predicts BEV masks.
+        plans: whether it plans: its samples are sequences then.
     """
 
     score_name: ClassVar[str]
     score_sign: ClassVar[int] = 1
     has_bev: ClassVar[bool] = True
+    plans: ClassVar[bool] = False
 
     def __init__(self, settings: TrainSettings, grid: GridSpec, cameras: tuple[str, ...]) -> None:
         super().__init__()

@@ -7,8 +7,10 @@ from ogmkit.grid import GridSpec
 from ogmkit.learn.settings import TrainSettings
 from ogmkit.learn.systems.base import System
 from ogmkit.learn.systems.footprints import FootprintSystem
+from ogmkit.learn.systems.holistic import HolisticCvSystem, HolisticSystem
 from ogmkit.learn.systems.homography import HomographySystem
 from ogmkit.learn.systems.own_grid import BevLidarSystem, OftSystem, VedSystem
+from ogmkit.learn.systems.planning import EndToEndSystem, MidToEndSystem, TrajectorySystem
 
 SYSTEMS: Mapping[str, type[System]] = MappingProxyType(
     {
@@ -17,6 +19,11 @@ SYSTEMS: Mapping[str, type[System]] = MappingProxyType(
         "ved": VedSystem,
         "oft": OftSystem,
         "bev-lidar": BevLidarSystem,
+        "lstm-ed": TrajectorySystem,
+        "end-to-end": EndToEndSystem,
+        "mid-to-end": MidToEndSystem,
+        "holistic": HolisticSystem,
+        "holistic-cv": HolisticCvSystem,
     }
 )
 

@@ -1,0 +1,94 @@
+"""The paper's two stages in one: images → footprints → (warp) → planner (paper, Trajectory planning)."""
+
+from typing import Self
+
+from torch import Tensor
+
+from ogmkit.errors import SettingsError
+from ogmkit.grid import GridSpec
+from ogmkit.learn.data.spec import SampleSpec
+from ogmkit.learn.models.footprint_net import FootprintNet
+from ogmkit.learn.models.losses import perception_loss
+from ogmkit.learn.models.recompute import recompute_blocks
+from ogmkit.learn.models.warp import warp_to_bev
+from ogmkit.learn.settings import TrainSettings
+from ogmkit.learn.systems.base import Answer, Batch, mask_panels
+from ogmkit.learn.systems.planning import PlannerSystem, pooled, pooled_size
+
+
+class _Seeing(PlannerSystem):
+    """A planner behind a footprint network; both learn, unless the network is frozen."""
+
+    def __init__(self, settings: TrainSettings, grid: GridSpec, cameras: tuple[str, ...]) -> None:
+        if settings.masks is None:
+            raise SettingsError("masks: name the set of footprints to learn")
+        super().__init__(settings, grid, cameras)
+        self.perception = FootprintNet(settings.encoder, settings.encoder_weights)
+        if settings.checkpoint_gradients:
+            recompute_blocks(self.perception.encoder)
+        if settings.freeze:
+            self.perception.requires_grad_(requires_grad=False).eval()
+
+    @property
+    def spec(self) -> SampleSpec:
+        """Images, and the masks that the perception learns."""
+        wanted = self.prediction_spec(None)
+        masks = None if self.settings.freeze else self.settings.masks
+        return SampleSpec(wanted.image_size, masks, wanted.homography, trajectory=True)
+
+    def train(self, mode: bool = True) -> Self:
+        """As of any module; but a frozen perception keeps its statistics."""
+        super().train(mode)
+        if self.settings.freeze:
+            self.perception.eval()
+        return self
+
+    def losses(self, answer: Answer, batch: Batch) -> dict[str, Tensor]:
+        """The motion's loss and, with its weight, the perception's over all six images."""
+        terms = super().losses(answer, batch)
+        if "masks" in batch:
+            found = perception_loss(answer["logits"], batch["masks"].flatten(0, 1), None)
+            terms["perception"] = self.settings.perception_weight * found
+        return terms
+
+    def pictures(self, batch: Batch) -> tuple[Tensor, ...]:
+        """The last image and the masks seen in it before the trajectories."""
+        masks = self.perception(batch["image"][:, -1]).sigmoid()
+        return batch["image"][:, -1], mask_panels(masks), *super().pictures(batch)
+
+
+class HolisticSystem(_Seeing):
+    """Holistic end-to-end: masks are warped to BEV by a homography before the planner sees them."""
+
+    def feature_size(self) -> int:
+        """Of both masks on the plane, pooled."""
+        return pooled_size(self.grid.shape, self.settings.pool)
+
+    def prediction_spec(self, homography: str | None) -> SampleSpec:
+        """Images, homographies and trajectories."""
+        source = homography or self.settings.warp
+        return SampleSpec(self.settings.image_size, homography=source, trajectory=True)
+
+    def observed(self, batch: Batch) -> Answer:
+        """Masks in camera view and, warped and pooled, as features."""
+        logits = self.perception(batch["image"].flatten(0, 1))
+        plane = warp_to_bev(logits.sigmoid(), batch["bev_from_image"].flatten(0, 1), self.grid.shape)
+        return {"logits": logits, "features": pooled(plane, self.settings.pool)}
+
+
+class HolisticCvSystem(_Seeing):
+    """Holistic end-to-end CV: the planner sees the masks as they are in camera view."""
+
+    def feature_size(self) -> int:
+        """Of both masks in the image, pooled."""
+        return pooled_size(self.settings.image_size, self.settings.pool)
+
+    def prediction_spec(self, homography: str | None) -> SampleSpec:
+        """Images and trajectories."""
+        del homography
+        return SampleSpec(self.settings.image_size, trajectory=True)
+
+    def observed(self, batch: Batch) -> Answer:
+        """Masks in camera view and, pooled, as features."""
+        logits = self.perception(batch["image"].flatten(0, 1))
+        return {"logits": logits, "features": pooled(logits.sigmoid(), self.settings.pool)}

@@ -1,0 +1,178 @@
+"""Systems that plan from the past alone, from images, or from true masks (paper, Trajectory planning)."""
+
+from abc import abstractmethod
+from typing import ClassVar
+
+import torch
+from torch import Tensor
+from torch.nn import functional
+from torchmetrics import MeanMetric
+
+from ogmkit.grid import GridSpec
+from ogmkit.learn.data.index import SEQUENCE
+from ogmkit.learn.data.spec import TARGETS, SampleSpec
+from ogmkit.learn.models.encoders import MULTIPLE_PX, ImageEncoder, padded_size
+from ogmkit.learn.models.gaussian import Gaussians, negative_log_likelihood
+from ogmkit.learn.models.planner import Planner
+from ogmkit.learn.models.recompute import recompute_blocks
+from ogmkit.learn.plan import STEPS
+from ogmkit.learn.settings import TrainSettings
+from ogmkit.learn.systems.base import Answer, Batch, Prediction, System
+from ogmkit.learn.systems.trajectory_panel import trajectory_panels
+
+
+class PlannerSystem(System):
+    """A system that plans five positions on from six images, given the destination.
+
+    Scored by the displacement in metres, mean over all points: the paper's ADE.
+    """
+
+    score_name = "ade"
+    score_sign = -1
+    has_bev = False
+    plans: ClassVar[bool] = True
+
+    def __init__(self, settings: TrainSettings, grid: GridSpec, cameras: tuple[str, ...]) -> None:
+        super().__init__(settings, grid, cameras)
+        self.planner = Planner(self.feature_size(), past=not settings.no_past, hidden=settings.hidden)
+        self.ade = MeanMetric()
+        self.last = MeanMetric()
+
+    @abstractmethod
+    def feature_size(self) -> int:
+        """Numbers a time step."""
+
+    @abstractmethod
+    def observed(self, batch: Batch) -> Answer:
+        """`features`, (B, 6, F), if there are any, and what else the loss needs."""
+
+    @property
+    def spec(self) -> SampleSpec:
+        """What it predicts from; the trajectory comes with every sequence."""
+        return self.prediction_spec(None)
+
+    def answer(self, batch: Batch) -> Answer:
+        """`mean`, `sigma` and `rho` of the plan, beside what `observed` gives."""
+        seen = self.observed(batch)
+        destination = batch["future"][:, STEPS]
+        plan: Gaussians = self.planner(seen.get("features"), batch["positions"], destination)
+        return {**seen, "mean": plan.mean, "sigma": plan.sigma, "rho": plan.rho}
+
+    def losses(self, answer: Answer, batch: Batch) -> dict[str, Tensor]:
+        """Negative log-likelihood, summed over the points, mean over the sequences."""
+        found = negative_log_likelihood(_plan(answer), batch["future"][:, :STEPS])
+        return {"motion": found.sum(1).mean()}
+
+    def predict(self, batch: Batch) -> Prediction:
+        """The plan."""
+        return Prediction(plan=_plan(self.answer(batch)))
+
+    def update_score(self, answer: Answer, batch: Batch) -> None:
+        """Displacements of all points, and of the last."""
+        error_m = torch.linalg.vector_norm(answer["mean"] - batch["future"][:, :STEPS], dim=-1)
+        self.ade.update(error_m)
+        self.last.update(error_m[:, -1])
+
+    def scores(self) -> dict[str, Tensor]:
+        """Mean displacement over all points, and at the last."""
+        values = {"ade": self.ade.compute(), "last_m": self.last.compute()}
+        self.ade.reset()
+        self.last.reset()
+        return values
+
+    def pictures(self, batch: Batch) -> tuple[Tensor, ...]:
+        """Where the ego was, is to go, and went."""
+        answer = self.answer(batch)
+        return (trajectory_panels(answer["mean"], batch["future"], batch["positions"]),)
+
+
+class TrajectorySystem(PlannerSystem):
+    """LSTM E-D: the past trajectory alone."""
+
+    def feature_size(self) -> int:
+        """None."""
+        return 0
+
+    def prediction_spec(self, homography: str | None) -> SampleSpec:
+        """Trajectories."""
+        del homography
+        return SampleSpec(trajectory=True)
+
+    def observed(self, batch: Batch) -> Answer:
+        """Nothing."""
+        del batch
+        return {}
+
+
+class EndToEndSystem(PlannerSystem):
+    """End-to-end: the flattened features of an image encoder."""
+
+    def __init__(self, settings: TrainSettings, grid: GridSpec, cameras: tuple[str, ...]) -> None:
+        self._places = _feature_places(settings.image_size)
+        encoder = ImageEncoder(settings.encoder, settings.encoder_weights)
+        self._channels = encoder.out_channels[-1]
+        super().__init__(settings, grid, cameras)
+        self.encoder = encoder
+        if settings.checkpoint_gradients:
+            recompute_blocks(encoder)
+
+    def feature_size(self) -> int:
+        """Of the last feature map."""
+        return self._channels * self._places
+
+    def prediction_spec(self, homography: str | None) -> SampleSpec:
+        """Images and trajectories."""
+        del homography
+        return SampleSpec(self.settings.image_size, trajectory=True)
+
+    def observed(self, batch: Batch) -> Answer:
+        """All six images' features."""
+        features: Tensor = self.encoder(batch["image"].flatten(0, 1))[-1]
+        return {"features": features.reshape(-1, SEQUENCE, features[0].numel())}
+
+    def pictures(self, batch: Batch) -> tuple[Tensor, ...]:
+        """The last image before the trajectories."""
+        return batch["image"][:, -1], *super().pictures(batch)
+
+
+class MidToEndSystem(PlannerSystem):
+    """Mid-to-end: the true masks from above, pooled and flattened."""
+
+    def feature_size(self) -> int:
+        """Of both masks, pooled."""
+        return pooled_size(self.grid.shape, self.settings.pool)
+
+    def prediction_spec(self, homography: str | None) -> SampleSpec:
+        """The true masks and trajectories."""
+        del homography
+        return SampleSpec(bev_cell_m=self.grid.m_per_cell, bev=True, trajectory=True)
+
+    def observed(self, batch: Batch) -> Answer:
+        """Masks at all six images."""
+        return {"features": pooled(batch["bev"].flatten(0, 1), self.settings.pool)}
+
+
+def pooled_size(shape: tuple[int, int], pool: tuple[int, int]) -> int:
+    """Numbers that two masks of (rows, columns) are pooled to."""
+    rows, columns = _pool_shape(shape, pool)
+    return len(TARGETS) * rows * columns
+
+
+def pooled(masks: Tensor, pool: tuple[int, int]) -> Tensor:
+    """(B · 6, 2, rows, columns) masks averaged over parts of the plane, at most `pool` of them: (B, 6, F)."""
+    parts = functional.adaptive_avg_pool2d(masks, _pool_shape(masks.shape[-2:], pool))
+    return parts.reshape(-1, SEQUENCE, parts[0].numel())
+
+
+def _pool_shape(shape: tuple[int, ...], pool: tuple[int, int]) -> tuple[int, int]:
+    rows, columns = (min(side, most) for side, most in zip(shape, pool, strict=True))
+    return rows, columns
+
+
+def _feature_places(image_size: tuple[int, int]) -> int:
+    height, width = padded_size(image_size)
+    return (height // MULTIPLE_PX) * (width // MULTIPLE_PX)
+
+
+def _plan(answer: Answer) -> Gaussians:
+    return Gaussians(answer["mean"], answer["sigma"], answer["rho"])

@@ -1,0 +1,118 @@
+import math
+
+import pytest
+import torch
+from hypothesis import given
+from hypothesis import strategies as st
+from torch.nn import functional
+
+from ogmkit.errors import SettingsError
+from ogmkit.learn.models.gaussian import negative_log_likelihood
+from ogmkit.learn.models.planner import Planner, polar
+
+METRES = st.floats(-80, 80)
+
+
+def inputs(features=7, count=3):
+    torch.manual_seed(2)
+    return torch.randn(count, 6, features), 5 * torch.randn(count, 6, 2), 10 * torch.randn(count, 2)
+
+
+@given(METRES, METRES)
+def test_polar_coordinates_lead_back(x, y):
+    r, angle = polar(torch.tensor([x, y], dtype=torch.float64)).tolist()
+    assert r == pytest.approx(math.hypot(x, y))
+    assert (r * math.cos(angle), r * math.sin(angle)) == pytest.approx((x, y), abs=1e-9)
+
+
+@given(st.floats(0.1, 80), st.floats(-3, 3), st.floats(-3, 3))
+def test_a_turn_of_the_frame_is_added_to_the_angle(r, angle, turn):
+    at = [r * math.cos(angle + turn), r * math.sin(angle + turn)]
+    found = polar(torch.tensor(at, dtype=torch.float64))
+    assert float(found[0]) == pytest.approx(r)
+    assert math.remainder(float(found[1]) - angle - turn, math.tau) == pytest.approx(0, abs=1e-9)
+
+
+def test_the_origin_has_angle_0():
+    assert polar(torch.zeros(1, 2)).tolist() == [[0.0, 0.0]]
+
+
+def lstm_step(values, hidden, cell, weights):
+    """One step by the textbook (Hochreiter & Schmidhuber with forget gates; gates in torch's order)."""
+    into, recurrent, bias_in, bias_recurrent = weights
+    gates = values @ into.T + bias_in + hidden @ recurrent.T + bias_recurrent
+    enter, forget, content, leave = gates.chunk(4, dim=-1)
+    cell = forget.sigmoid() * cell + enter.sigmoid() * content.tanh()
+    return leave.sigmoid() * cell.tanh(), cell
+
+
+def by_hand(net, features, positions, destination):
+    """The paper's two equations, written out with the network's weights."""
+    state = {name: value.double() for name, value in net.state_dict().items()}
+
+    def linear(name, values):
+        return values @ state[f"{name}.weight"].T + state[f"{name}.bias"]
+
+    def lstm(name, suffix=""):
+        parts = ("weight_ih", "weight_hh", "bias_ih", "bias_hh")
+        return [state[f"{name}.{part}{suffix}"] for part in parts]
+
+    features, positions, destination = features.double(), positions.double(), destination.double()
+    hidden = cell = torch.zeros(len(destination), net.decoder.hidden_size, dtype=torch.float64)
+    for t in range(6):
+        embedded = [
+            linear("embed_features.0", features[:, t]).relu(),
+            linear("embed_position.0", positions[:, t] / 10).relu(),
+        ]
+        hidden, cell = lstm_step(torch.cat(embedded, 1), hidden, cell, lstm("encoder", "_l0"))
+    r, angle = destination.norm(dim=1) / 10, torch.atan2(destination[:, 1], destination[:, 0])
+    estimate, means, sigmas, rhos = torch.zeros_like(destination), [], [], []
+    for _ in range(5):
+        embedded = linear("embed_estimate.0", estimate / 10).relu()
+        hidden, cell = lstm_step(embedded, hidden, cell, lstm("decoder"))
+        joined = torch.cat([hidden, r[:, None], angle[:, None]], 1)
+        raw = linear("head.1", linear("head.0.0", joined).relu())
+        estimate = 10 * raw[:, :2]
+        means.append(estimate)
+        sigmas.append(functional.softplus(raw[:, 2:4]) + 0.05)
+        rhos.append(0.999 * raw[:, 4].tanh())
+    return torch.stack(means, 1), torch.stack(sigmas, 1), torch.stack(rhos, 1)
+
+
+def test_the_recurrence_is_the_papers():
+    net = Planner(7, hidden=11).double()
+    given_inputs = [value.double() for value in inputs()]
+    found = net(*given_inputs)
+    for ours, theirs in zip(found, by_hand(net, *given_inputs), strict=True):
+        torch.testing.assert_close(ours, theirs, rtol=0, atol=1e-6)
+    assert found.mean.shape == found.sigma.shape == (3, 5, 2)
+    assert found.rho.shape == (3, 5)
+
+
+def test_gradients_reach_every_weight():
+    net = Planner(7)
+    found = net(*inputs())
+    negative_log_likelihood(found, torch.randn(3, 5, 2)).sum().backward()
+    untouched = [name for name, weight in net.named_parameters() if not weight.grad.any()]
+    assert untouched == []
+
+
+def test_without_the_past_positions_do_not_matter():
+    net = Planner(7, past=False)
+    features, positions, destination = inputs()
+    assert torch.equal(net(features, positions, destination).mean, net(features, None, destination).mean)
+    with_past = Planner(7)
+    there, elsewhere = (with_past(features, place, destination).mean for place in (positions, positions + 1))
+    assert not torch.equal(there, elsewhere)
+
+
+def test_the_destination_matters_and_so_does_the_past():
+    net = Planner(0)
+    _, positions, destination = inputs()
+    here, there = (net(None, positions, place).mean for place in (destination, destination + 1))
+    assert not torch.allclose(here, there)
+
+
+def test_a_planner_that_sees_nothing_is_refused():
+    with pytest.raises(SettingsError, match="past"):
+        Planner(0, past=False)

@@ -1,0 +1,51 @@
+"""Each planner can learn four sequences by heart, to 0.1 m at 2.5 s."""
+
+import pytest
+import torch
+
+from ogmkit.learn.checkpoints import load_system
+from ogmkit.learn.data.index import index_sequences
+from ogmkit.learn.data.loader import EpochBatches, loader
+from ogmkit.learn.data.sequences import SequenceDataset
+from ogmkit.learn.settings import TrainSettings
+from ogmkit.learn.training import train
+
+pytestmark = pytest.mark.slow
+
+COMMON = {
+    "image_size": (64, 96),
+    "encoder": "resnet18",
+    "warp": "surface",
+    "batch_size": 4,
+    "optimizer": "adamw",
+    "lr": 2e-3,
+    "schedule": "cosine",
+    "checkpoint_every": 10_000,
+}
+
+
+@pytest.mark.parametrize(
+    ("system", "epochs", "no_past"),
+    [
+        ("lstm-ed", 600, False),
+        ("mid-to-end", 600, False),
+        ("mid-to-end", 600, True),
+        ("end-to-end", 300, False),
+        ("end-to-end", 300, True),
+        ("holistic", 300, False),
+        ("holistic", 300, True),
+        ("holistic-cv", 300, False),
+    ],
+)
+def test_four_sequences_are_learnt_by_heart(tmp_path, plan_shards, system, epochs, no_past):
+    run = tmp_path / "run"
+    train(TrainSettings(system, **COMMON, epochs=epochs, no_past=no_past), plan_shards, run)
+    _, net = load_system(run / "last.ckpt")
+    index = index_sequences(plan_shards, ("scene-0001",), ("CAM_FRONT",), needs=net.spec)
+    samples = SequenceDataset(index, net.spec)
+    (batch,) = loader(samples, EpochBatches(4, 4, seed=0, shuffle=False), workers=0)
+    assert len(samples) == 4
+    assert float(batch["future"][:, 4].norm(dim=-1).max()) > 1  # somebody drives
+    with torch.inference_mode():
+        error_m = (net.predict(batch).plan.mean - batch["future"][:, :5]).norm(dim=-1)
+    assert float(error_m[:, 4].max()) < 0.1, error_m

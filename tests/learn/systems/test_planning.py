@@ -1,0 +1,172 @@
+"""Planners as systems: what they see, where gradients go, what the perception keeps."""
+
+import numpy as np
+import pytest
+import torch
+
+from ogmkit.errors import CheckpointError, SettingsError
+from ogmkit.grid import GridSpec
+from ogmkit.learn.checkpoints import load_system
+from ogmkit.learn.data.index import index_sequences
+from ogmkit.learn.data.loader import EpochBatches, loader
+from ogmkit.learn.data.sequences import SequenceDataset
+from ogmkit.learn.inference import open_run
+from ogmkit.learn.plan_inference import predict_plans
+from ogmkit.learn.settings import PLANNERS, TrainSettings
+from ogmkit.learn.systems.planning import pooled
+from ogmkit.learn.systems.registry import build_system
+from ogmkit.learn.training import train
+from ogmkit.shards.manifest import read_manifest
+
+CAMERAS = ("CAM_FRONT",)
+SEEING = ("holistic", "holistic-cv")
+TINY = {"image_size": (64, 96), "encoder": "resnet18", "masks": "surface", "warp": "surface"}
+
+
+def system(shards, name, **more):
+    grid = read_manifest(shards).settings.targets.grid
+    torch.manual_seed(1)
+    return build_system(TrainSettings(name, **(TINY | more)), grid, CAMERAS)
+
+
+def batch_of(shards, net, size=4):
+    index = index_sequences(shards, ("scene-0001",), CAMERAS, needs=net.spec)
+    batches = EpochBatches(len(index), size, seed=0, shuffle=False)
+    return next(iter(loader(SequenceDataset(index, net.spec), batches, workers=0)))
+
+
+def loss_of(net, batch):
+    return sum(net.losses(net.answer(batch), batch).values())
+
+
+def test_the_past_can_not_be_left_out_of_what_sees_it_alone(plan_shards):
+    with pytest.raises(SettingsError, match="lstm-ed"):
+        system(plan_shards, "lstm-ed", no_past=True)
+
+
+@pytest.mark.parametrize(
+    ("name", "no_past"), [*((name, False) for name in PLANNERS), ("mid-to-end", True), ("holistic", True)]
+)
+def test_each_planner_learns_with_all_its_weights(plan_shards, name, no_past):
+    net = system(plan_shards, name, no_past=no_past)
+    batch = batch_of(plan_shards, net)
+    loss_of(net, batch).backward()
+    assert [key for key, weight in net.named_parameters() if not weight.grad.any()] == []
+    plan = net.eval().predict(batch).plan
+    assert plan.mean.shape == (4, 5, 2)
+    net.update_score(net.answer(batch), batch)
+    error_m = (plan.mean - batch["future"][:, :5]).norm(dim=-1)
+    scores = net.scores()
+    assert float(scores["ade"]) == pytest.approx(float(error_m.detach().mean()), rel=1e-5)
+    assert float(scores["last_m"]) == pytest.approx(float(error_m[:, -1].detach().mean()), rel=1e-5)
+    assert all(panel.shape[:2] == (4, 3) for panel in net.pictures(batch))
+
+
+@pytest.mark.parametrize("name", ["mid-to-end", "holistic-cv"])
+def test_without_the_past_the_plan_does_not_depend_on_it(plan_shards, name):
+    net = system(plan_shards, name, no_past=True).eval()
+    batch = batch_of(plan_shards, net)
+    moved = {**batch, "positions": batch["positions"] + 3}
+    assert torch.equal(net.predict(batch).plan.mean, net.predict(moved).plan.mean)
+
+
+@pytest.mark.parametrize("name", ["lstm-ed", "mid-to-end", "holistic"])
+def test_the_targets_are_never_looked_at_but_the_destination(plan_shards, name):
+    net = system(plan_shards, name).eval()
+    batch = batch_of(plan_shards, net)
+    other = batch["future"].clone()
+    other[:, :5] += 7
+    assert torch.equal(net.predict(batch).plan.mean, net.predict({**batch, "future": other}).plan.mean)
+    other[:, 5] += 1
+    assert not torch.equal(net.predict(batch).plan.mean, net.predict({**batch, "future": other}).plan.mean)
+
+
+@pytest.mark.parametrize("name", SEEING)
+def test_the_motion_alone_teaches_the_perception(plan_shards, name):
+    net = system(plan_shards, name)
+    batch = batch_of(plan_shards, net)
+    net.losses(net.answer(batch), batch)["motion"].backward()
+    reached = [weight.grad is not None and bool(weight.grad.any()) for weight in net.perception.parameters()]
+    assert np.mean(reached) > 0.9
+
+
+def test_gradients_through_the_warp_are_those_of_finite_differences(plan_shards):
+    net = system(plan_shards, "holistic", hidden=16).double().eval()
+    batch = {
+        key: value.double() if value.is_floating_point() else value
+        for key, value in batch_of(plan_shards, net, size=1).items()
+    }
+
+    def motion():
+        return net.losses(net.answer(batch), batch)["motion"]
+
+    motion().backward()
+    for head in net.perception.heads:
+        for weight, place in ((head.bias, (0,)), (head.weight, (0, 3, 0, 0))):
+            found, step = float(weight.grad[place]), 1e-5
+            with torch.no_grad():
+                weight[place] += step
+                above = float(motion())
+                weight[place] -= 2 * step
+                below = float(motion())
+                weight[place] += step
+            assert found == pytest.approx((above - below) / (2 * step), rel=1e-4, abs=1e-9)
+            assert found != 0
+
+
+def test_masks_are_pooled_to_means_of_their_parts():
+    torch.manual_seed(0)
+    masks = torch.rand(12, 2, 40, 30).round()
+    found = pooled(masks, (10, 15)).reshape(2, 6, 2, 10, 15)
+    by_hand = masks.reshape(2, 6, 2, 10, 4, 15, 2).mean((4, 6))
+    torch.testing.assert_close(found, by_hand)
+    assert torch.equal(pooled(masks, (100, 100)).flatten(), masks.flatten())  # never enlarged
+
+
+def test_a_frozen_perception_stays(plan_shards, tmp_path, make_run):
+    grid = read_manifest(plan_shards).settings.targets.grid
+    stage_1 = make_run(tmp_path / "footprints", "footprints", grid, CAMERAS)
+    there = load_system(stage_1 / "best.ckpt")[1].state_dict()
+    few = {"epochs": 2, "batch_size": 2, "lr": 1e-3, "perception": str(stage_1)}
+    for freeze in (True, False):
+        run = tmp_path / f"freeze-{freeze}"
+        train(TrainSettings("holistic", **(TINY | few | {"freeze": freeze})), plan_shards, run)
+        found = load_system(run / "last.ckpt")[1].perception.state_dict()
+        alike = [torch.equal(value, there[f"net.{key}"]) for key, value in found.items()]
+        assert all(alike) is freeze
+
+
+@pytest.mark.parametrize(
+    ("more", "error", "message"),
+    [
+        ({"system": "mid-to-end"}, SettingsError, "mid-to-end has none"),
+        ({"encoder": "resnet34"}, SettingsError, "--encoder resnet18"),
+        ({"perception": "nowhere"}, CheckpointError, "nowhere"),
+        ({"grid": GridSpec(0.5, 90, 60, 90.0, 34.0)}, SettingsError, "grid.rows is 90 here"),
+        ({"stage_1": "oft"}, CheckpointError, "run of oft"),
+    ],
+    ids=["no perception", "encoder", "absent", "grid", "system"],
+)
+def test_a_perception_that_does_not_fit_is_named(tmp_path, plan_shards, make_run, more, error, message):
+    grid = more.pop("grid", read_manifest(plan_shards).settings.targets.grid)
+    run = make_run(tmp_path / "stage-1", more.pop("stage_1", "footprints"), grid, CAMERAS)
+    chosen = TINY | {"system": "holistic", "perception": str(run)} | more
+    with pytest.raises(error, match=message):
+        train(TrainSettings(**chosen), plan_shards, tmp_path / "run")
+    assert not (tmp_path / "run").exists()
+
+
+def test_plans_are_predicted_in_order_and_alike_in_any_batch(plan_shards, tmp_path, make_run):
+    grid = read_manifest(plan_shards).settings.targets.grid
+    path = make_run(tmp_path / "run", "holistic", grid, CAMERAS, warp="surface")
+    run = open_run(path)
+    assert run.name == "holistic"
+    one, many = (
+        list(predict_plans(run, plan_shards, ("scene-0002", "scene-0001"), CAMERAS, batch_size=size))
+        for size in (1, 5)
+    )
+    places = [(plan.scene, plan.frame) for plan in many]
+    assert places == [(scene, frame) for scene in ("scene-0002", "scene-0001") for frame in range(6, 10)]
+    for ours, theirs in zip(one, many, strict=True):
+        np.testing.assert_allclose(ours.plan.mean, theirs.plan.mean, atol=1e-4)
+        np.testing.assert_allclose(ours.plan.sigma, theirs.plan.sigma, atol=1e-4)
