@@ -1,23 +1,22 @@
-"""`ogmkit evaluate`: the paper's IoU table."""
+"""`ogmkit evaluate`: the paper's two tables."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from .options import cameras_option, shards_split_file_option
 from .progress import progress
-from .text import text_table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from ogmkit.evaluation.report import Table
+    from ogmkit.evaluation.planning.result import PlanEvaluation
     from ogmkit.evaluation.result import Evaluation
 
-FORMATS = ("text", "markdown", "csv", "json", "latex")
+ROWS = ("csv", "json")
+"""Formats that hold a row a figure: of one table only, since the two have other keys."""
+FORMATS = ("text", "markdown", *ROWS, "latex")
 PICTURE_FRAMES = 4
 """Frames that a picture of a run shows."""
 
@@ -30,7 +29,7 @@ PICTURE_FRAMES = 4
 @click.option(
     "--homography",
     metavar="SOURCE",
-    show_default="network if there, else surface",
+    show_default="network if there, else surface; of planners, what each was trained with",
     help="Homographies that masks in camera view are warped by.",
 )
 @cameras_option()
@@ -39,14 +38,14 @@ PICTURE_FRAMES = 4
     type=click.FloatRange(0, 1, max_open=True),
     default=0.5,
     show_default=True,
-    help="Probability above which a cell counts as predicted.",
+    help="Probability above which a cell counts as predicted; not for planners.",
 )
 @click.option(
     "--scale",
     type=float,
     default=2.0,
     show_default=True,
-    help="Image size / mask size of the ceilings' true masks.",
+    help="Image size / mask size of the ceilings' true masks; not for planners.",
 )
 @click.option(
     "--format",
@@ -54,16 +53,20 @@ PICTURE_FRAMES = 4
     type=click.Choice(FORMATS),
     default="text",
     show_default=True,
-    help="How to write the result to stdout; csv and json hold a row a figure.",
+    help="How to write the result to stdout; csv and json hold a row a figure, of one table.",
 )
 @click.option(
     "--pictures",
     type=click.Path(file_okay=False, path_type=Path),
     metavar="DIR",
-    help="Folder for a PNG of each RUN: images with masks, predictions and truth.",
+    help="Folder for a PNG of each RUN: images, predictions and truth.",
 )
 @click.option(
-    "--batch-size", type=click.IntRange(min=1), default=8, show_default=True, help="Frames at a time."
+    "--batch-size",
+    type=click.IntRange(min=1),
+    default=8,
+    show_default=True,
+    help="Frames, or sequences of six, at a time.",
 )
 @click.option(
     "--workers",
@@ -77,30 +80,27 @@ PICTURE_FRAMES = 4
     "limit",
     type=click.IntRange(min=1),
     show_default="all",
-    help="Frames of each split, evenly spread.",
+    help="Frames of each split, or sequences, evenly spread.",
 )
 def command(
     shards: Path,
     runs: tuple[Path, ...],
-    split: str,
-    split_file: Path | None,
-    homography: str | None,
-    cameras: tuple[str, ...],
     threshold: float,
     scale: float,
     form: str,
     pictures: Path | None,
-    batch_size: int,
-    workers: int,
-    limit: int | None,
+    **common: Any,  # noqa: ANN401  # options that both evaluations have, by their names
 ) -> None:
-    """Score trained networks by the paper's IoU table.
+    """Score trained networks by the paper's tables: grids by IoU, plans by displacement.
 
     SHARDS is a folder that `ogmkit extract` wrote; each RUN a folder that `ogmkit train` wrote, of which the
-    best checkpoint is taken, or a checkpoint. Drivable area and vehicles; in camera view, where a system has
-    one, and in BEV: full, close (up to 50 m ahead, 10 m to each side) and far (over 50 m ahead); IoU of the
-    foreground and its mean with the background's; all cells and the field of view only. Intervals come from
-    resampling scenes.
+    best checkpoint is taken, or a checkpoint. Runs that predict grids go to the first table, as do the rows
+    that need no RUN; planners to the second. Intervals come from resampling scenes.
+
+    Grids: drivable area and vehicles; in camera view, where a system has one, and in BEV: full, close (up to
+    50 m ahead, 10 m to each side) and far (over 50 m ahead); IoU of the foreground and its mean with the
+    background's; all cells and the field of view only. Another table says how often connected components
+    tell neighbouring vehicles apart.
 
     \b
     Rows that need no RUN, and stand below:
@@ -109,36 +109,59 @@ def command(
     ceiling-SOURCE     true footprints, warped by a homography: what it alone costs
     ceiling-full-body  true whole bodies, warped alike: what the stretch alone costs
 
-    A second table says how often connected components tell neighbouring vehicles apart.
-    """  # noqa: D301  # Click wants the character  # noqa: D301  # Click wants the character
+    Plans: ADE, L1 longitudinal and lateral at 0.5, 1.5 and 2.5 s: at the horizon, and the mean up to it. Then
+    the likelihood of the truth, how many truths the distributions' ellipses hold, and how many predicted
+    points are off the drivable area or in a vehicle.
+
+    \b
+    Rows that stand below those of planners:
+    truth              what was driven
+    constant-velocity  the last displacement goes on
+    straight-line      equal steps to the destination
+    cubic              polynomial in time through the last two positions, the present one, the destination
+    """  # noqa: D301  # Click wants the character
     if pictures is not None and not runs:
         raise click.UsageError("--pictures needs a RUN.")
-    if runs:
-        from .extras import require_train
-
-        require_train()
-    from ogmkit.evaluation.evaluate import evaluate
-
+    perceiving, planning = _by_stage(runs)
+    if perceiving and planning and form in ROWS:
+        raise click.UsageError(f"--format {form} holds one table: give runs that predict grids, or planners.")
     if pictures is not None:
         from ogmkit.pictures.evaluation_sheet import make_folder
 
         make_folder(pictures, shards)
+    common |= {"samples": 0 if pictures is None else PICTURE_FRAMES}
+    if perceiving or not planning:
+        _grids(shards, perceiving, form, pictures, threshold=threshold, scale=scale, **common)
+    if perceiving and planning:
+        click.echo()
+    if planning:
+        _plans(shards, planning, form, pictures, **common)
+
+
+def _by_stage(runs: tuple[Path, ...]) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
+    """Runs that predict grids, and planners."""
+    if not runs:
+        return (), ()
+    from .extras import require_train
+
+    require_train()
+    from ogmkit.evaluation.entrants import by_stage
+
+    return by_stage(runs)
+
+
+def _grids(
+    shards: Path,
+    runs: tuple[Path, ...],
+    form: str,
+    pictures: Path | None,
+    **settings: Any,  # noqa: ANN401  # of `evaluate`
+) -> None:
+    """The first table."""
+    from ogmkit.evaluation.evaluate import evaluate
+
     with progress(None, "frames", "evaluate") as advance:
-        evaluation = evaluate(
-            shards,
-            runs,
-            split=split,
-            split_file=split_file,
-            homography=homography,
-            cameras=cameras,
-            threshold=threshold,
-            scale=scale,
-            batch_size=batch_size,
-            workers=workers,
-            limit=limit,
-            samples=0 if pictures is None else PICTURE_FRAMES,
-            on_progress=advance,
-        )
+        evaluation = evaluate(shards, runs, **settings, on_progress=advance)
     click.echo(_written(evaluation, form), nl=False)
     if pictures is not None:
         from ogmkit.pictures.evaluation_sheet import draw_evaluation
@@ -147,12 +170,34 @@ def command(
             click.echo(path, err=True)
 
 
-def _written(evaluation: Evaluation, form: str) -> str:
+def _plans(
+    shards: Path,
+    runs: tuple[Path, ...],
+    form: str,
+    pictures: Path | None,
+    **settings: Any,  # noqa: ANN401  # of `evaluate_plans`
+) -> None:
+    """The second table."""
+    from ogmkit.evaluation.planning.evaluate import evaluate_plans
+
+    with progress(None, "sequences", "evaluate plans") as advance:
+        evaluation = evaluate_plans(shards, runs, **settings, on_progress=advance)
+    click.echo(_written(evaluation, form), nl=False)
+    if pictures is not None:
+        from ogmkit.pictures.planning_sheet import draw_plans
+
+        for path in draw_plans(shards, evaluation, pictures):
+            click.echo(path, err=True)
+
+
+def _written(evaluation: Evaluation | PlanEvaluation, form: str) -> str:
     """The evaluation in a format."""
     from ogmkit.evaluation import formats
 
     if form == "text":
-        return "".join(f"{line}\n" for line in _text_lines(evaluation))
+        from .evaluate_text import report_text
+
+        return report_text(formats.report_of(evaluation))
     writers = {
         "markdown": formats.as_markdown,
         "csv": formats.as_csv,
@@ -160,40 +205,3 @@ def _written(evaluation: Evaluation, form: str) -> str:
         "latex": formats.as_latex,
     }
     return writers[form](evaluation)
-
-
-def _text_lines(evaluation: Evaluation) -> Iterator[str]:
-    from ogmkit.evaluation.report import explanations, heading, separation_table, tables
-
-    yield heading(evaluation)
-    for table in (*tables(evaluation), separation_table(evaluation)):
-        yield ""
-        yield table.title
-        yield from _table_lines(table)
-    yield ""
-    yield from explanations(evaluation)
-
-
-def _table_lines(table: Table) -> Iterator[str]:
-    """A table with its groups above and a rule over its fixed rows."""
-    rows = (*table.systems, *table.fixed)
-    widths = [max(len(line[column]) for line in (table.header, *rows)) for column in range(len(table.header))]
-
-    def aligned(line: tuple[str, ...]) -> list[str]:
-        return [line[0], *(cell.rjust(width) for cell, width in zip(line[1:], widths[1:], strict=True))]
-
-    header, *lines = text_table(aligned(table.header), [aligned(row) for row in rows]).splitlines()
-    left = widths[0] + 2
-    above = " " * left
-    first = 1
-    for text, columns in table.groups:
-        width = sum(widths[first : first + columns]) + 2 * (columns - 1)
-        above += f" {text} ".center(width, "-") + "  "
-        first += columns
-    if table.groups:
-        yield above.rstrip()
-    yield header
-    yield from lines[: len(table.systems)]
-    if table.systems:
-        yield "-" * max(map(len, lines))
-    yield from lines[len(table.systems) :]

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
@@ -11,6 +12,9 @@ DRAWS = 1000
 LEVEL = 0.95
 
 _SEED = 0
+
+Sums = TypeVar("Sums", IntArray, FloatArray)
+"""Counts, or sums of what was measured, over scenes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,8 +26,8 @@ class Estimate:
     high: FloatArray
 
 
-def estimate(counts: IntArray, statistic: Callable[[IntArray], FloatArray], draws: int = DRAWS) -> Estimate:
-    """A statistic of counts summed over scenes, with its percentile interval (Efron & Tibshirani, 13.3).
+def estimate(counts: Sums, statistic: Callable[[Sums], FloatArray], draws: int = DRAWS) -> Estimate:
+    """A statistic of sums over scenes, with its percentile interval (Efron & Tibshirani, 13.3).
 
     Scenes are drawn with replacement, as many as there are; draws where the statistic is undefined don't
     count. Equal numbers of scenes get equal draws, so that systems are compared on the same ones.
@@ -42,3 +46,8 @@ def estimate(counts: IntArray, statistic: Callable[[IntArray], FloatArray], draw
     return Estimate(
         statistic(counts.sum(axis=0)), np.where(undefined, np.nan, low), np.where(undefined, np.nan, high)
     )
+
+
+def interval_notes(scenes: int) -> tuple[str, ...]:
+    """What is to be known of intervals found on so many scenes."""
+    return ("there is one scene only: intervals have no width",) if scenes == 1 else ()

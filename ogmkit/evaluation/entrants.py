@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 from ogmkit.errors import CheckpointError, SettingsError
 from ogmkit.evaluation.scope import PREFERRED, Scope, paths
+from ogmkit.grid import GridSpec
+from ogmkit.learn.settings import PLANNERS
 from ogmkit.shards import schema
 from ogmkit.shards.crosschecks_added import origin_problem
 from ogmkit.shards.reader import Shard
@@ -51,18 +53,10 @@ def open_entrants(runs: Sequence[Path], scope: Scope, reserved: Sequence[str]) -
         SettingsError: a run is given twice, was trained on another grid or without one of the cameras, or
             needs a homography that the shards lack.
     """
-    from ogmkit.learn.inference import open_run  # noqa: PLC0415  # torch only where there are runs
-
     systems: list[str] = []
     sets: list[str | None] = []
-    checkpoints: dict[Path, Path] = {}
-    for path in runs:
-        run = open_run(path)
+    for path, run in open_each(runs, scope.shards, scope.grid, scope.index.cameras):
         _require_fit(run, path, scope)
-        checkpoint = run.checkpoint.resolve()
-        if checkpoint in checkpoints:
-            raise SettingsError(f"{path}: is the same checkpoint as {checkpoints[checkpoint]}; give it once")
-        checkpoints[checkpoint] = path
         systems.append(run.system)
         sets.append(run.masks)
     problems = {masks: masks_problem(scope, masks) for masks in sets if masks is not None}
@@ -73,6 +67,59 @@ def open_entrants(runs: Sequence[Path], scope: Scope, reserved: Sequence[str]) -
         else _masked_entrant(name, path, masks, problems[masks])
         for name, path, masks in zip(names, runs, sets, strict=True)
     )
+
+
+def open_each(
+    runs: Sequence[Path], shards: Path, grid: GridSpec, cameras: Sequence[str]
+) -> Iterator[tuple[Path, "Run"]]:
+    """Open runs one after the other, each checked against the shards.
+
+    Args:
+        runs: folders or checkpoints.
+        shards: what they are evaluated on.
+        grid: the shards'.
+        cameras: channels that they are evaluated on.
+
+    Raises:
+        CheckpointError: there is none, or it is damaged.
+        SettingsError: a run is given twice, or was trained on another grid or without one of the cameras.
+    """
+    from ogmkit.learn.inference import open_run  # noqa: PLC0415  # torch only where there are runs
+
+    checkpoints: dict[Path, Path] = {}
+    for path in runs:
+        run = open_run(path)
+        different = differences({"grid": vars(run.grid)}, {"grid": vars(grid)})
+        if different:
+            raise SettingsError(
+                f"{path}: was trained on another grid than {shards} has: {', '.join(different)}; "
+                "evaluate on shards of its grid"
+            )
+        strange = [camera for camera in cameras if camera not in run.cameras]
+        if strange:
+            raise SettingsError(
+                f"{path}: was trained without {strange[0]}; choose --camera {' --camera '.join(run.cameras)}"
+            )
+        checkpoint = run.checkpoint.resolve()
+        if checkpoint in checkpoints:
+            raise SettingsError(f"{path}: is the same checkpoint as {checkpoints[checkpoint]}; give it once")
+        checkpoints[checkpoint] = path
+        yield path, run
+
+
+def by_stage(runs: Sequence[Path]) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
+    """Runs that perceive and runs that plan, each in the order given; no network is built.
+
+    Raises:
+        CheckpointError: there is no checkpoint, or it is damaged.
+    """
+    from ogmkit.learn.checkpoints import checkpoint_file, read_checkpoint  # noqa: PLC0415  # it loads torch
+
+    plans = [read_checkpoint(checkpoint_file(path))[0].settings.system in PLANNERS for path in runs]
+    perceiving, planning = (
+        tuple(path for path, one in zip(runs, plans, strict=True) if one == stage) for stage in (False, True)
+    )
+    return perceiving, planning
 
 
 def predictions(
@@ -152,17 +199,6 @@ def _require_fit(run: "Run", path: Path, scope: Scope) -> None:
     """Refuse a run that can't be evaluated on the scope."""
     if not run.model.has_bev:
         raise no_grids(path, run.system, scope.shards)
-    different = differences({"grid": vars(run.grid)}, {"grid": vars(scope.grid)})
-    if different:
-        raise SettingsError(
-            f"{path}: was trained on another grid than {scope.shards} has: {', '.join(different)}; "
-            "evaluate on shards of its grid"
-        )
-    strange = [camera for camera in scope.index.cameras if camera not in run.cameras]
-    if strange:
-        raise SettingsError(
-            f"{path}: was trained without {strange[0]}; choose --camera {' --camera '.join(run.cameras)}"
-        )
     if run.masks is not None and scope.homography is None:
         fit = f"run `{homography_command(scope.shards, PREFERRED[-1])}`"
         known = f"choose --homography {' or '.join(scope.sources)}" if scope.sources else fit
@@ -171,6 +207,8 @@ def _require_fit(run: "Run", path: Path, scope: Scope) -> None:
 
 def no_grids(path: Path, system: str, shards: Path) -> CheckpointError:
     """What to raise of a run that predicts no occupancy grids."""
+    if system in PLANNERS:
+        return CheckpointError(f"{path}: {system} predicts no grids, it plans: `evaluate_plans` scores it")
     command = f"ogmkit predict {system} {shards} --checkpoint {path}"
     return CheckpointError(
         f"{path}: {system} predicts no grids; evaluate another RUN by what `{command}` adds to the shards: "

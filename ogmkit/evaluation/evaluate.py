@@ -1,18 +1,16 @@
 """Score trained runs, and rows for free, on the frames of a split."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-
-import numpy as np
 
 from ogmkit.errors import SettingsError
 from ogmkit.evaluation.baselines import ALL_DRIVABLE, MEAN_MAP, Ceilings
+from ogmkit.evaluation.bootstrap import interval_notes
 from ogmkit.evaluation.entrants import Entrant, open_entrants, predictions
+from ogmkit.evaluation.progress import Progress, spread, ticker
 from ogmkit.evaluation.result import Evaluation
 from ogmkit.evaluation.scope import TRAINING, Scope, scope_of
-from ogmkit.evaluation.scoring import Scored, Scorer, Tick
-
-Progress = Callable[[int, int], None]
+from ogmkit.evaluation.scoring import Scored, Scorer
 
 
 def evaluate(
@@ -68,10 +66,10 @@ def evaluate(
     ceilings = Ceilings(scope.sources, scope.homography, scale)
     fixed = (ALL_DRIVABLE, *((MEAN_MAP,) if training else ()), *ceilings.names)
     entrants = open_entrants(runs, scope, fixed) if runs else ()
-    tick = _ticker(on_progress, training + len(scope.index) * (len(entrants) + 1))
+    tick = ticker(on_progress, training + len(scope.index) * (len(entrants) + 1))
     scorer = Scorer(scope, threshold, tick)
     for_free = scorer.fixed(fixed, ceilings)  # first: it is quick, and finds what is wrong with the shards
-    kept = _spread(samples, len(scope.index))
+    kept = spread(samples, len(scope.index))
     # One after the other: only one network is held at a time.
     scored = [
         scorer.run(one, predictions(one, scope, batch_size=batch_size, workers=workers, limit=limit), kept)
@@ -96,24 +94,6 @@ def evaluate(
     )
 
 
-def _spread(count: int, frames: int) -> frozenset[int]:
-    """At most `count` numbers below `frames`, the middles of equal parts."""
-    return frozenset(((np.arange(count) + 0.5) * frames / max(count, 1)).astype(int).tolist())
-
-
-def _ticker(on_progress: Progress | None, total: int) -> Tick:
-    """What counts up to `total`, one at a call."""
-    done = 0
-
-    def tick() -> None:
-        nonlocal done
-        done += 1
-        if on_progress is not None:
-            on_progress(done, total)
-
-    return tick
-
-
 def _run_note(entrant: Entrant, scored: Scored) -> str:
     if not scored.unmasked:
         return entrant.note
@@ -122,7 +102,7 @@ def _run_note(entrant: Entrant, scored: Scored) -> str:
 
 def _notes(scope: Scope) -> list[str]:
     """What is to be known of the frames."""
-    notes = ["there is one scene only: intervals have no width"] if len(scope.scenes) == 1 else []
+    notes = [*interval_notes(len(scope.scenes))]
     notes += [
         f"{count} of {len(scope.index)} frames have no valid {source} homography: predicted empty there"
         for source, count in scope.invalid.items()

@@ -1,18 +1,18 @@
-"""An evaluation as CSV, JSON, Markdown or LaTeX."""
+"""An evaluation, of grids or of plans, as CSV, JSON, Markdown or LaTeX."""
 
 import csv
 import io
 import json
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import asdict, fields
+from dataclasses import asdict
 from typing import Any
 
-from ogmkit.evaluation.report import Table, explanations, heading, separation_table, tables
-from ogmkit.evaluation.result import Evaluation, Figure
-
-KEYS = tuple(field.name for field in fields(Figure))
-"""Of a row in CSV and JSON."""
+from ogmkit.evaluation.planning.report import plan_report
+from ogmkit.evaluation.planning.result import PlanEvaluation
+from ogmkit.evaluation.report import iou_report
+from ogmkit.evaluation.result import Evaluation
+from ogmkit.evaluation.tables import Report, Table
 
 _LATEX = {
     "\\": r"\textbackslash{}",
@@ -26,45 +26,53 @@ _LATEX = {
     "~": r"\textasciitilde{}",
     "^": r"\textasciicircum{}",
     "–": "--",
+    "−": "$-$",
     "×": r"$\times$",
 }
 
 
-def as_csv(evaluation: Evaluation) -> str:
+def report_of(evaluation: Evaluation | PlanEvaluation) -> Report:
+    """An evaluation's tables and what stands around them."""
+    return iou_report(evaluation) if isinstance(evaluation, Evaluation) else plan_report(evaluation)
+
+
+def as_csv(evaluation: Evaluation | PlanEvaluation) -> str:
     """A line of keys, then a line a figure; what is undefined is left empty."""
+    report = report_of(evaluation)
     text = io.StringIO()
-    writer = csv.DictWriter(text, KEYS, lineterminator="\n")
+    writer = csv.DictWriter(text, report.keys, lineterminator="\n")
     writer.writeheader()
-    writer.writerows(_records(evaluation))
+    writer.writerows(_records(report))
     return text.getvalue()
 
 
-def as_json(evaluation: Evaluation) -> str:
+def as_json(evaluation: Evaluation | PlanEvaluation) -> str:
     """A flat list of objects, one a figure and a line; what is undefined is null."""
-    lines = ",\n".join(json.dumps(record, allow_nan=False) for record in _records(evaluation))
+    lines = ",\n".join(json.dumps(record, allow_nan=False) for record in _records(report_of(evaluation)))
     return f"[\n{lines}\n]\n"
 
 
-def as_markdown(evaluation: Evaluation) -> str:
-    """A table for each kind of IoU and cells, then the one of neighbouring vehicles."""
-    parts = [f"**Evaluation** — {_plain(heading(evaluation))}"]
-    for table in (*tables(evaluation), separation_table(evaluation)):
+def as_markdown(evaluation: Evaluation | PlanEvaluation) -> str:
+    """All tables, between heading and explanations."""
+    report = report_of(evaluation)
+    parts = [f"**Evaluation** — {_plain(report.heading)}"]
+    for table in report.tables:
         parts += [f"**{table.title}**", "\n".join(_markdown_lines(table))]
-    parts.append("\n".join(f"- {_plain(line)}" for line in explanations(evaluation)))
+    parts.append("\n".join(f"- {_plain(line)}" for line in report.explanations))
     return "\n\n".join(parts) + "\n"
 
 
-def as_latex(evaluation: Evaluation) -> str:
+def as_latex(evaluation: Evaluation | PlanEvaluation) -> str:
     """The same tables for the package booktabs."""
-    parts = ["% needs \\usepackage{booktabs}", f"% {heading(evaluation)}"]
-    parts += [f"% {line}" for line in explanations(evaluation)]
-    for table in (*tables(evaluation), separation_table(evaluation)):
-        parts.append("\n".join(_latex_lines(table, heading(evaluation))))
+    report = report_of(evaluation)
+    parts = ["% needs \\usepackage{booktabs}", f"% {report.heading}"]
+    parts += [f"% {line}" for line in report.explanations]
+    parts += ["\n".join(_latex_lines(table, report.heading)) for table in report.tables]
     return "\n".join(" ".join(part.splitlines()) if part.startswith("%") else part for part in parts) + "\n"
 
 
-def _records(evaluation: Evaluation) -> Iterator[dict[str, Any]]:
-    for figure in evaluation.figures:
+def _records(report: Report) -> Iterator[dict[str, Any]]:
+    for figure in report.figures:
         values = asdict(figure)
         yield {
             key: None if isinstance(value, float) and math.isnan(value) else value

@@ -1,39 +1,28 @@
 """An evaluation as tables: the paper's layout, once for each kind of IoU and of cells."""
 
-import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import fields
 
 from ogmkit.evaluation.iou import CELLS, IOUS
 from ogmkit.evaluation.regions import CLOSE_AHEAD_M, CLOSE_ASIDE_M, REGIONS
 from ogmkit.evaluation.result import Evaluation, Figure, Separation
 from ogmkit.evaluation.separation import MAX_DISTANCE_M
+from ogmkit.evaluation.tables import Report, Table, counted, with_interval
 from ogmkit.learn.data.spec import TARGETS
-
-NOTHING = "NA"
-"""What a table shows where there is no figure, as the paper has it."""
 
 _IOU_NAMES = {"foreground": "foreground IoU", "mean": "mean of foreground and background IoU"}
 _CELL_NAMES = {"all": "all cells", "fov": "cells in the field of view only"}
 
 
-@dataclass(frozen=True)
-class Table:
-    """A table of text.
-
-    Attributes:
-        title: names what the figures are.
-        groups: headings over columns after the first: (text, how many columns).
-        header: of every column.
-        systems: rows of runs.
-        fixed: rows that need no run.
-    """
-
-    title: str
-    groups: tuple[tuple[str, int], ...]
-    header: tuple[str, ...]
-    systems: tuple[tuple[str, ...], ...]
-    fixed: tuple[tuple[str, ...], ...]
+def iou_report(evaluation: Evaluation) -> Report:
+    """The IoU tables, then the one of neighbouring vehicles."""
+    return Report(
+        heading(evaluation),
+        (*tables(evaluation), separation_table(evaluation)),
+        explanations(evaluation),
+        tuple(field.name for field in fields(Figure)),
+        evaluation.figures,
+    )
 
 
 def heading(evaluation: Evaluation) -> str:
@@ -41,8 +30,8 @@ def heading(evaluation: Evaluation) -> str:
     grid = evaluation.grid
     homography = evaluation.homography or "none"
     return (
-        f"split {evaluation.split}: {_counted(evaluation.frames, 'frame')} in "
-        f"{_counted(evaluation.scenes, 'scene')}, {', '.join(evaluation.cameras)}; "
+        f"split {evaluation.split}: {counted(evaluation.frames, 'frame')} in "
+        f"{counted(evaluation.scenes, 'scene')}, {', '.join(evaluation.cameras)}; "
         f"homography {homography}; threshold {evaluation.threshold:g}; "
         f"{grid.rows} × {grid.columns} cells of {grid.m_per_cell:g} m; ceilings at 1:{evaluation.scale:g}"
     )
@@ -101,10 +90,4 @@ def _separation_row(one: Separation) -> tuple[str, ...]:
 
 
 def _percent(one: Figure | Separation) -> str:
-    if math.isnan(one.value):
-        return NOTHING
-    return f"{100 * one.value:.1f} [{100 * one.low:.1f}–{100 * one.high:.1f}]"
-
-
-def _counted(count: int, noun: str) -> str:
-    return f"{count:,} {noun}{'' if count == 1 else 's'}"
+    return with_interval(one, 1, factor=100)

@@ -1,6 +1,6 @@
 """What an evaluation is about: the frames of a split, and the homographies that all of them have."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -93,45 +93,86 @@ def scope_of(
         ShardError: a shard or the manifest is absent or damaged.
         TrainingError: the split has no frame.
     """
+    splits = evaluated_splits(shards, split, split_file)
+    index = index_frames(shards, splits[split], cameras, needs=SampleSpec(), limit=limit)
+    training = None
+    if splits.get(TRAINING):
+        training = index_frames(shards, splits[TRAINING], cameras, needs=SampleSpec(), limit=limit)
+    invalid = invalid_homographies(index)
+    if homography is not None:
+        require_homography(shards, split, invalid, homography)
+    chosen = homography or next((source for source in PREFERRED if source in invalid), None)
+    return Scope(shards, split, index, training, tuple(invalid), invalid, chosen)
+
+
+def evaluated_splits(shards: Path, split: str, split_file: Path | None) -> Mapping[str, tuple[str, ...]]:
+    """All splits' scenes, once it is clear that the one to evaluate on has some.
+
+    Args:
+        shards: a folder that an extraction finished.
+        split: the split's name.
+        split_file: a JSON file of split → scene names instead of the manifest's splits.
+
+    Raises:
+        SettingsError: the split is unknown or empty.
+        TableError: the split file is absent or malformed.
+        ShardError: the manifest is absent or damaged.
+    """
     splits = split_scenes(read_manifest(shards), split_file=split_file)
     owner = shards if split_file is None else split_file
     if split not in splits:
         raise SettingsError(f"{owner}: {unknown('split', split, sorted(splits))}")
     if not splits[split]:
         raise SettingsError(f"{owner}: split {split!r} has none of the scenes of {shards}; choose another")
-    index = index_frames(shards, splits[split], cameras, needs=SampleSpec(), limit=limit)
-    training = None
-    if splits.get(TRAINING):
-        training = index_frames(shards, splits[TRAINING], cameras, needs=SampleSpec(), limit=limit)
-    invalid = _invalid_frames(index)
-    if homography is not None and homography not in invalid:
+    return splits
+
+
+def require_homography(shards: Path, split: str, known: Collection[str], source: str) -> None:
+    """Refuse a source that not all shards of a split have.
+
+    Raises:
+        SettingsError: `source` is not `known`; names the command that makes it.
+    """
+    if source not in known:
         raise SettingsError(
-            f"{shards}: not all shards of split {split!r} have homography {homography!r} (all have "
-            f"{', '.join(invalid) or 'none'}); run `{homography_command(shards, homography)}`"
+            f"{shards}: not all shards of split {split!r} have homography {source!r} (all have "
+            f"{', '.join(known) or 'none'}); run `{homography_command(shards, source)}`"
         )
-    chosen = homography or next((source for source in PREFERRED if source in invalid), None)
-    return Scope(shards, split, index, training, tuple(invalid), invalid, chosen)
 
 
-def _invalid_frames(index: FrameIndex) -> dict[str, int]:
-    """Homography that all shards have, sorted → how many of the frames have no valid one."""
-    counts: list[dict[str, int]] = []
-    for number, path in enumerate(index.paths):
-        with Shard(path) as shard:
-            for channel, camera in enumerate(index.cameras):
-                frames = index.frame[(index.shard == number) & (index.camera == channel)]
-                counts.append(_invalid_of(shard, camera, frames))
+def invalid_homographies(index: FrameIndex, length: int = 1) -> dict[str, int]:
+    """Homography that all shards have, sorted → how many samples lack a valid one.
+
+    Args:
+        index: of the samples.
+        length: frames of a sample, consecutive; it lacks one where any of them does.
+
+    Raises:
+        ShardError: a shard is absent or damaged.
+    """
+    counts = [
+        _invalid_of(shard, camera, index.frame[samples, None] - np.arange(length))
+        for shard, camera, samples in by_camera(index)
+    ]
     common = set.intersection(*(set(one) for one in counts))
     return {source: sum(one[source] for one in counts) for source in sorted(common)}
 
 
+def by_camera(index: FrameIndex) -> Iterator[tuple[Shard, str, IntArray]]:
+    """Each shard, open, with each of its cameras and the places in the index of that one's samples."""
+    for number, path in enumerate(index.paths):
+        with Shard(path) as shard:
+            for channel, camera in enumerate(index.cameras):
+                yield shard, camera, np.flatnonzero((index.shard == number) & (index.camera == channel))
+
+
 def _invalid_of(shard: Shard, camera: str, frames: IntArray) -> dict[str, int]:
-    """Homography of a shard's camera → how many of some frames have no valid one."""
+    """Homography of a shard's camera → how many of (N, T) frames' rows have an invalid one."""
     counts = {}
     for source in shard.added(camera, schema.HOMOGRAPHY.name):
         try:
             valid = shard.dataset(camera, f"{schema.HOMOGRAPHY.name}/{source}/valid")[:]
-            counts[source] = int(np.count_nonzero(~valid[frames]))
+            counts[source] = int(np.count_nonzero(~valid[frames].all(axis=1)))
         except H5_ERRORS as error:
             raise damaged(shard.path, error) from error
     return counts

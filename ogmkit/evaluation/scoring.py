@@ -1,6 +1,6 @@
 """Counting predictions against the truth, frame by frame."""
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -10,6 +10,7 @@ from ogmkit.evaluation.baselines import ALL_DRIVABLE, MEAN_MAP, Ceilings, all_dr
 from ogmkit.evaluation.entrants import Entrant, no_grids
 from ogmkit.evaluation.frames import Frame, FrameReader, row
 from ogmkit.evaluation.iou import BevCounter, code_of, count_image, resized, thresholded
+from ogmkit.evaluation.progress import Tick
 from ogmkit.evaluation.result import Sample
 from ogmkit.evaluation.scope import Scope, paths, places
 from ogmkit.evaluation.separation import Neighbours, count_separated, neighbours, vehicle_faces
@@ -19,9 +20,6 @@ from ogmkit.typing import Float32Array, IntArray, UInt8Array
 
 if TYPE_CHECKING:
     from ogmkit.learn.inference import FramePrediction
-
-Tick = Callable[[], None]
-"""Called after every frame."""
 
 
 @dataclass(frozen=True, eq=False)

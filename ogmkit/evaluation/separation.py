@@ -49,11 +49,22 @@ class Neighbours:
     pairs: IntArray
 
 
-def vehicle_faces(shard: Shard, camera: str, index: int) -> FloatArray:
-    """(M, 4, 2) corners x, y in the level frame, metres, of the vehicles that the frame's raster shows."""
+def vehicle_faces(shard: Shard, camera: str, index: int, seen_from: int | None = None) -> FloatArray:
+    """Ground faces of the vehicles that a frame's raster shows.
+
+    Args:
+        shard: an open shard.
+        camera: channel.
+        index: the frame.
+        seen_from: the frame in whose level frame corners are given; None for the same one.
+
+    Returns:
+        (M, 4, 2) corners x, y in metres.
+    """
     targets = shard.settings.targets
     boxes = select(shard.boxes(camera, index), targets.categories, targets.min_visibility)
-    level_from_global = shard.dataset(camera, "level_from_global")[index]
+    own = index if seen_from is None else seen_from
+    level_from_global = shard.dataset(camera, "level_from_global")[own]
     corners: FloatArray = ground_corners(level_from_global @ boxes.global_from_box, boxes.size_wlh)[..., :2]
     return corners
 

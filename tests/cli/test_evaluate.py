@@ -15,9 +15,14 @@ from ogmkit_cli import extras
 from ogmkit_cli.evaluate import command
 from ogmkit_cli.main import main
 
+from ogmkit.evaluation import entrants
 from ogmkit.evaluation.evaluate import evaluate
+from ogmkit.evaluation.planning import evaluate as planning
+from ogmkit.evaluation.planning.metrics import HORIZONS_S, METRICS, READINGS
+from ogmkit.evaluation.planning.result import PlanEvaluation, PlanFigure, PlanSample
 from ogmkit.learn.data.index import index_frames
 from ogmkit.learn.data.spec import SampleSpec
+from ogmkit.learn.plan import Plan
 from ogmkit.shards.manifest import read_manifest
 
 ROWS = ["all-drivable", "mean-map", "ceiling-surface", "ceiling-full-body"]
@@ -62,10 +67,53 @@ def runs(tmp_path, monkeypatch, shards):
     module.open_run, module.predict_frames = open_run, predict_frames
     monkeypatch.setitem(sys.modules, "ogmkit.learn.inference", module)
     monkeypatch.setattr(extras, "require_train", lambda: None)
+    monkeypatch.setattr(entrants, "by_stage", by_stage)
     paths = tmp_path / "one", tmp_path / "two"
     for path in paths:
         path.mkdir()
     return paths
+
+
+@pytest.fixture
+def planners(tmp_path, monkeypatch, runs):
+    """A RUN folder of a planner, whose evaluation is made up; `calls` are what it was evaluated with."""
+
+    def evaluate_plans(shards, paths, *, samples, **settings):
+        planners.calls.append({"shards": shards, "runs": paths, "samples": samples, **settings})
+        (scene,) = (entry.scene for entry in read_manifest(shards).split("val"))
+        plan = Plan(np.zeros((5, 2)), np.ones((5, 2)), np.zeros(5))
+        names = tuple(path.name for path in paths)
+        return PlanEvaluation(
+            split="val",
+            scenes=1,
+            sequences=2,
+            cameras=("CAM_FRONT",),
+            systems=names,
+            fixed=planning.FIXED,
+            figures=tuple(
+                PlanFigure(name, metric, horizon_s, reading, 0.5, 0.25, 0.75)
+                for name in (*names, *planning.FIXED)
+                for metric in METRICS
+                for horizon_s in HORIZONS_S
+                for reading in READINGS
+            ),
+            notes=(),
+            samples=tuple(PlanSample(name, (scene, "CAM_FRONT", 1), plan) for name in names * bool(samples)),
+        )
+
+    monkeypatch.setattr(planning, "evaluate_plans", evaluate_plans)
+    path = tmp_path / "planner"
+    path.mkdir()
+    planners = SimpleNamespace(path=path, calls=[])
+    return planners
+
+
+def by_stage(paths):
+    """Planners are called so."""
+    plans = [path.name.startswith("planner") for path in paths]
+    return tuple(
+        tuple(path for path, one in zip(paths, plans, strict=True) if one == stage) for stage in (False, True)
+    )
 
 
 def run(*arguments):
@@ -155,6 +203,72 @@ def test_bad_input_takes_one_line(shards, runs, arguments, message):
 def test_help_explains_each_row_for_free_on_a_line_of_its_own():
     begins = {line.split()[0] for line in run("--help").stdout.splitlines() if line.split()}
     assert {"all-drivable", "mean-map", "ceiling-SOURCE", "ceiling-full-body"} <= begins
+    assert {*planning.FIXED} <= begins
+
+
+def test_planners_have_a_table_of_their_own(shards, planners):
+    result = run(shards, planners.path)
+
+    assert (result.exit_code, result.stderr) == (0, "")
+    lines = result.stdout.splitlines()
+    assert lines[0] == "split val: 2 sequences in 1 scene, CAM_FRONT"
+    title = lines.index("displacement at the horizon, in metres")
+    groups, header, *table = lines[title + 1 : title + 8]
+    assert re.fullmatch(" +-+ ADE -+  -+ L1 longitudinal -+  -+ L1 lateral -+", groups)
+    assert header.split() == ["system", *["0.5", "s", "1.5", "s", "2.5", "s"] * 3]
+    assert table[0].split() == ["planner", *["0.50", "[0.25–0.75]"] * 9]
+    assert set(table[1]) == {"-"}
+    assert [line.split()[0] for line in table[2:]] == ["constant-velocity", "straight-line", "cubic"]
+    assert len({len(line) for line in (groups, header, *table)}) == 1
+    assert not any("IoU" in line for line in lines)
+
+
+def test_planners_get_the_options_of_both_tables(shards, planners):
+    options = ["--homography", "surface", "--camera", "CAM_FRONT", "--batch-size", 3, "--limit-frames", 7]
+    assert run(shards, planners.path, *options).exit_code == 0
+
+    (call,) = planners.calls
+    call.pop("on_progress")
+    assert call == {
+        "shards": shards,
+        "runs": (planners.path,),
+        "samples": 0,
+        "split": "val",
+        "split_file": None,
+        "homography": "surface",
+        "cameras": ("CAM_FRONT",),
+        "batch_size": 3,
+        "workers": 2,
+        "limit": 7,
+    }
+
+
+@pytest.mark.parametrize("form", ["text", "markdown", "latex"])
+def test_runs_of_both_stages_make_both_tables(shards, runs, planners, form):
+    both = run(shards, planners.path, runs[0], "--format", form)
+    apart = [run(shards, path, "--format", form).stdout for path in (runs[0], planners.path)]
+
+    assert both.exit_code == 0
+    assert both.stdout == "\n".join(apart)
+
+
+@pytest.mark.parametrize("form", ["csv", "json"])
+def test_a_file_holds_one_table(shards, runs, planners, form):
+    result = run(shards, *runs, planners.path, "--format", form)
+
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert "give runs that predict grids, or planners" in result.stderr
+    assert not planners.calls
+    assert "system" in run(shards, planners.path, "--format", form).stdout
+
+
+def test_pictures_of_both_stages_lie_side_by_side(shards, runs, planners, tmp_path):
+    result = run(shards, runs[0], planners.path, "--pictures", tmp_path / "pictures")
+
+    assert result.exit_code == 0
+    written = [tmp_path / "pictures" / name for name in ("oft.png", "planner-plans.png")]
+    assert result.stderr.splitlines() == [str(path) for path in written]
+    assert sorted((tmp_path / "pictures").iterdir()) == written
 
 
 def test_usage_errors_exit_2(shards, runs, tmp_path):

@@ -1,0 +1,1 @@
+"""What plans of the next seconds are worth: numpy in, numbers out."""

@@ -1,0 +1,145 @@
+"""Score trained planners, and rows for free, on the sequences of a split."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ogmkit.evaluation.bootstrap import estimate, interval_notes
+from ogmkit.evaluation.planning.controls import CONTROLS
+from ogmkit.evaluation.planning.metrics import (
+    HORIZONS_S,
+    METRICS,
+    READINGS,
+    means_of,
+    own_values,
+    scene_sums,
+)
+from ogmkit.evaluation.planning.planners import open_planners, plans_of
+from ogmkit.evaluation.planning.plans import Plans, columns_of, points_only
+from ogmkit.evaluation.planning.result import PlanEvaluation, PlanFigure, PlanSample
+from ogmkit.evaluation.planning.sequences import Sequences, sequences_of
+from ogmkit.evaluation.planning.surroundings import surrounding_values
+from ogmkit.evaluation.progress import Progress, Tick, spread, ticker
+from ogmkit.learn.plan import Plan
+
+TRUTH = "truth"
+"""The row of what was driven: without errors, but not always on drivable cells."""
+FIXED = (TRUTH, *CONTROLS)
+
+
+def evaluate_plans(
+    shards: Path,
+    runs: Sequence[Path] = (),
+    *,
+    split: str = "val",
+    split_file: Path | None = None,
+    homography: str | None = None,
+    cameras: Sequence[str] = (),
+    batch_size: int = 8,
+    workers: int = 0,
+    limit: int | None = None,
+    samples: int = 0,
+    on_progress: Progress | None = None,
+) -> PlanEvaluation:
+    """Evaluate planners on a split of a folder of shards, beside controls that need no run.
+
+    All rows are scored on the same sequences: all with a valid trajectory and six images without a gap. An
+    image without a valid homography counts as warped to nothing.
+
+    Args:
+        shards: a folder that an extraction finished.
+        runs: RUN folders, or checkpoints, of planners; torch is needed only if there are any.
+        split: the split to evaluate on.
+        split_file: a JSON file of split → scene names instead of the manifest's splits.
+        homography: the source that masks in camera view are warped by; by default the one that each planner
+            was trained with.
+        cameras: channels; none means all.
+        batch_size: sequences planned for at a time.
+        workers: processes that read for the networks.
+        limit: sequences at most, evenly spread.
+        samples: plans of each run to keep, of evenly spread sequences.
+        on_progress: called with (sequences done, sequences in all), each one counted once a pass.
+
+    Raises:
+        SettingsError: a setting is out of range or names something unknown, or a run doesn't fit the shards.
+        TableError: the split file is absent or malformed.
+        ShardError: a shard or the manifest is absent, damaged, or lacks something, or a pose is not finite.
+        TrainingError: the split has no sequence.
+        CheckpointError: a run is absent, damaged, doesn't plan, or plans what is not finite.
+    """
+    sequences = sequences_of(shards, split=split, split_file=split_file, cameras=cameras, limit=limit)
+    planners = (
+        open_planners(runs, shards, split, sequences, homography=homography, reserved=FIXED) if runs else ()
+    )
+    passes = 1 + len(planners) + bool(planners)
+    tick = ticker(on_progress, passes * len(sequences))
+    # The rows for free first: that is quick, and finds what is wrong with the shards.
+    fixed = tuple(_figures(sequences, _fixed_plans(sequences), tick))
+    # One after the other: only one network is held at a time.
+    planned = {
+        one.name: plans_of(
+            one, shards, sequences, batch_size=batch_size, workers=workers, limit=limit, tick=tick
+        )
+        for one in planners
+    }
+    columns = {name: columns_of(plans) for name, plans in planned.items()}
+    figures = tuple(_figures(sequences, columns, tick)) if columns else ()
+    return PlanEvaluation(
+        split=split,
+        scenes=sequences.scenes,
+        sequences=len(sequences),
+        cameras=sequences.index.cameras,
+        systems=tuple(planned),
+        fixed=FIXED,
+        figures=figures + fixed,
+        notes=(
+            *(one.note for one in planners),
+            *interval_notes(sequences.scenes),
+            *_unbeaten(figures, fixed),
+        ),
+        samples=tuple(_samples(sequences, planned, samples)),
+    )
+
+
+def _samples(sequences: Sequences, planned: Mapping[str, Sequence[Plan]], count: int) -> Iterator[PlanSample]:
+    """So many plans of each run, of evenly spread sequences."""
+    for name, plans in planned.items():
+        for number in sorted(spread(count, len(sequences))):
+            yield PlanSample(name, sequences.index.place(number), plans[number])
+
+
+def _fixed_plans(sequences: Sequences) -> Mapping[str, Plans]:
+    controls = {
+        name: points_only(control(sequences.past, sequences.destination))
+        for name, control in CONTROLS.items()
+    }
+    return {TRUTH: points_only(sequences.truth), **controls}
+
+
+def _figures(sequences: Sequences, rows: Mapping[str, Plans], tick: Tick) -> Iterator[PlanFigure]:
+    """All figures of some rows."""
+    points = np.stack([plans.mean for plans in rows.values()])
+    around = surrounding_values(sequences, points, tick)
+    for number, (system, plans) in enumerate(rows.items()):
+        values = np.concatenate([own_values(plans, sequences.truth), around[:, number]])
+        found = estimate(scene_sums(values, sequences.scene, sequences.scenes), means_of)
+        for place in np.ndindex(found.value.shape):
+            names = (each[at] for each, at in zip((METRICS, HORIZONS_S, READINGS), place, strict=True))
+            yield PlanFigure(
+                system, *names, *(float(one[place]) for one in (found.value, found.low, found.high))
+            )
+
+
+def _unbeaten(figures: Sequence[PlanFigure], fixed: Sequence[PlanFigure]) -> Iterator[str]:
+    """Which controls a planner is no better than."""
+
+    def errors(of: Sequence[PlanFigure]) -> dict[str, float]:
+        chosen = ("ade", HORIZONS_S[-1], "mean")
+        return {one.system: one.value for one in of if (one.metric, one.horizon_s, one.reading) == chosen}
+
+    controls = errors(fixed)
+    for system, error in errors(figures).items():
+        better = [name for name in CONTROLS if controls[name] <= error]
+        if better:
+            yield (f"{system} does not beat {', '.join(better)} by ADE up to {HORIZONS_S[-1]:g} s: no result")

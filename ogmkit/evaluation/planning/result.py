@@ -1,0 +1,72 @@
+"""What an evaluation of planners found."""
+
+from dataclasses import dataclass
+
+from ogmkit.evaluation.frames import Place
+from ogmkit.learn.plan import Plan
+
+
+@dataclass(frozen=True)
+class PlanFigure:
+    """One figure with its interval; NaN where undefined.
+
+    Attributes:
+        system: the row of the table.
+        metric: a name of `ogmkit.evaluation.planning.metrics.METRICS`; metres, nats, or a share between 0
+            and 1.
+        horizon_s: seconds from the last image.
+        reading: `at` the horizon's point, or `mean` over the points up to it.
+        value: over all sequences.
+        low: lower end of the 95 % interval.
+        high: its upper end.
+    """
+
+    system: str
+    metric: str
+    horizon_s: float
+    reading: str
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, eq=False)
+class PlanSample:
+    """One plan, kept to be drawn.
+
+    Attributes:
+        system: the row of the table.
+        place: the last frame of the sequence.
+        plan: from there on.
+    """
+
+    system: str
+    place: Place
+    plan: Plan
+
+
+@dataclass(frozen=True, eq=False)
+class PlanEvaluation:
+    """All figures, and what they were found on.
+
+    Attributes:
+        split: the split's name.
+        scenes: scenes with sequences.
+        sequences: over all scenes and cameras.
+        cameras: channels.
+        systems: names of the runs, in the order given.
+        fixed: names of the rows that need no run.
+        figures: system by system.
+        notes: sentences to be read with the tables.
+        samples: kept plans, run by run.
+    """
+
+    split: str
+    scenes: int
+    sequences: int
+    cameras: tuple[str, ...]
+    systems: tuple[str, ...]
+    fixed: tuple[str, ...]
+    figures: tuple[PlanFigure, ...]
+    notes: tuple[str, ...]
+    samples: tuple[PlanSample, ...]

@@ -1,0 +1,107 @@
+"""The sequences that planners are evaluated on, and the paths that were driven."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ogmkit.errors import ShardError
+from ogmkit.evaluation.scope import by_camera, evaluated_splits
+from ogmkit.frames import STEPS as TRAJECTORY
+from ogmkit.learn.data.index import SEQUENCE, FrameIndex, index_sequences
+from ogmkit.learn.data.spec import SampleSpec
+from ogmkit.learn.plan import STEPS
+from ogmkit.shards.reader import H5_ERRORS, REMEDY, Shard, damaged
+from ogmkit.typing import FloatArray, IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class Sequences:
+    """N sequences with valid trajectories; positions in metres, in the level frame of the last image.
+
+    Attributes:
+        index: their places.
+        past: (N, 6, 2) at steps −6 … −1.
+        future: (N, 6, 2) at steps 1 … 6; the last one is the destination.
+    """
+
+    index: FrameIndex
+    past: FloatArray
+    future: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.index)
+
+    @property
+    def truth(self) -> FloatArray:
+        """(N, 5, 2) what is to be planned."""
+        return self.future[:, :STEPS]
+
+    @property
+    def destination(self) -> FloatArray:
+        """(N, 2) what is given."""
+        return self.future[:, STEPS]
+
+    @property
+    def scene(self) -> IntArray:
+        """(N,) number of each one's scene among those that have sequences."""
+        number: IntArray = np.unique(self.index.shard, return_inverse=True)[1].reshape(-1)
+        return number
+
+    @property
+    def scenes(self) -> int:
+        """Scenes that have sequences."""
+        return len(np.unique(self.index.shard))
+
+
+def sequences_of(
+    shards: Path, *, split: str, split_file: Path | None, cameras: Sequence[str], limit: int | None
+) -> Sequences:
+    """Find the sequences of a split and read their paths.
+
+    Args:
+        shards: a folder that an extraction finished.
+        split: the split's name.
+        split_file: a JSON file of split → scene names instead of the manifest's splits.
+        cameras: channels; none means all.
+        limit: sequences at most, evenly spread.
+
+    Raises:
+        SettingsError: the split is unknown or empty, or a camera isn't there.
+        TableError: the split file is absent or malformed.
+        ShardError: a shard or the manifest is absent or damaged, or a position or pose is not finite.
+        TrainingError: the split has no sequence.
+    """
+    scenes = evaluated_splits(shards, split, split_file)[split]
+    needs = SampleSpec(trajectory=True)
+    index = index_sequences(shards, scenes, cameras, needs=needs, valid_only=False, limit=limit)
+    past, future = np.empty((2, len(index), TRAJECTORY, 2))
+    for shard, camera, samples in by_camera(index):
+        past[samples], future[samples] = _paths(shard, camera, index.frame[samples])
+    return Sequences(index, past, future)
+
+
+def _paths(shard: Shard, camera: str, frames: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Past and future of sequences by their last frames, once all that they rest on is sound."""
+    names = ("trajectory/past", "trajectory/future", "level_from_global", "global_from_ego")
+    try:
+        past, future, level_from_global, global_from_ego = (shard.dataset(camera, name)[:] for name in names)
+    except H5_ERRORS as error:
+        raise damaged(shard.path, error) from error
+    late = frames[frames + STEPS >= len(global_from_ego)]
+    if len(late):
+        raise ShardError(
+            f"{shard.path}: {camera}: frame {late[0]} has a valid trajectory, but too few frames follow; "
+            f"{REMEDY}"
+        )
+    seen = frames[:, None] - np.arange(SEQUENCE)
+    parts = (past[frames], future[frames], level_from_global[frames], global_from_ego[seen])
+    for name, part in zip(names, parts, strict=True):
+        strange = ~np.isfinite(part).all(axis=tuple(range(1, part.ndim)))
+        if strange.any():
+            raise ShardError(
+                f"{shard.path}: {camera}: the sequence that ends at frame {frames[strange][0]} has a "
+                f"{name} that is not finite; {REMEDY}"
+            )
+    return parts[0], parts[1]

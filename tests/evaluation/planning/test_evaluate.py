@@ -1,0 +1,240 @@
+"""Whole evaluations, of planners whose plans are known."""
+
+import json
+import math
+import re
+
+import h5py
+import numpy as np
+import pytest
+
+from ogmkit.errors import CheckpointError, OgmkitError, SettingsError
+from ogmkit.evaluation.planning.evaluate import FIXED, evaluate_plans
+from ogmkit.evaluation.planning.metrics import HORIZONS_S, METRICS, READINGS
+from ogmkit.grid import GridSpec
+from ogmkit.learn.plan import Plan
+
+
+def values(evaluation, system, metric):
+    """(horizon, reading) → value."""
+    return {
+        (one.horizon_s, one.reading): one.value
+        for one in evaluation.figures
+        if (one.system, one.metric) == (system, metric)
+    }
+
+
+@pytest.fixture
+def off_by(shards, driven):
+    """`off_by(dx, dy, sigma=1)`: plans that are off by so much at every point."""
+
+    def make(dx, dy, sigma=1.0):
+        def plan(place):
+            mean = driven(shards, place)[:5] + np.array([dx, dy])
+            return Plan(mean, np.full((5, 2), sigma), np.zeros(5))
+
+        return plan
+
+    return make
+
+
+def test_a_planner_beside_the_rows_for_free(shards, fake_planners, off_by):
+    found = evaluate_plans(shards, [fake_planners("run", plan=off_by(3.0, -4.0))])
+
+    assert (found.split, found.scenes, found.sequences, found.cameras) == ("val", 2, 6, ("CAM_FRONT",))
+    assert found.systems == ("lstm-ed",)
+    assert found.fixed == FIXED == ("truth", "constant-velocity", "straight-line", "cubic")
+    order = [(one.system, one.metric, one.horizon_s, one.reading) for one in found.figures]
+    assert order == [
+        (system, metric, horizon_s, reading)
+        for system in ("lstm-ed", *FIXED)
+        for metric in METRICS
+        for horizon_s in HORIZONS_S
+        for reading in READINGS
+    ]
+    for metric, value in {"ade": 5, "l1_longitudinal": 3, "l1_lateral": 4}.items():
+        assert [*values(found, "lstm-ed", metric).values()] == pytest.approx([value] * 6)
+    likelihood = math.log(2 * math.pi) + 12.5
+    assert [*values(found, "lstm-ed", "nll").values()] == pytest.approx([likelihood] * 6)
+    assert set(values(found, "lstm-ed", "inside_90").values()) == {0.0}
+
+
+def test_the_truth_has_no_errors_and_no_distribution(shards):
+    found = evaluate_plans(shards)
+
+    for metric in ("ade", "l1_longitudinal", "l1_lateral", "off_drivable", "in_vehicle"):
+        assert set(values(found, "truth", metric).values()) == {0.0}
+    for system in FIXED:
+        for metric in ("nll", "inside_50", "inside_90"):
+            assert all(math.isnan(value) for value in values(found, system, metric).values())
+
+
+def test_controls_are_scored_on_the_same_sequences(shards, driven):
+    found = values(evaluate_plans(shards), "straight-line", "ade")
+
+    errors = []
+    for scene in ("scene-0002", "scene-0003"):
+        for frame in (6, 7, 8):
+            future = driven(shards, (scene, "CAM_FRONT", frame))
+            line = np.outer(np.arange(1, 6) / 6, future[5])
+            errors.append(np.linalg.norm(future[:5] - line, axis=1))
+    errors = np.array(errors)
+    for horizon_s, points in zip(HORIZONS_S, (1, 3, 5), strict=True):
+        assert found[horizon_s, "at"] == pytest.approx(errors[:, points - 1].mean())
+        assert found[horizon_s, "mean"] == pytest.approx(errors[:, :points].mean())
+
+
+def test_intervals_come_from_scenes(shards, fake_planners, driven):
+    def plan(place):
+        error = 1.0 if place[0] == "scene-0002" else 2.0
+        return Plan(driven(shards, place)[:5] + np.array([error, 0]), np.ones((5, 2)), np.zeros(5))
+
+    found = evaluate_plans(shards, [fake_planners("run", plan=plan)])
+
+    chosen = [one for one in found.figures if (one.system, one.metric) == ("lstm-ed", "ade")]
+    for one in chosen:
+        assert (one.low, one.value, one.high) == pytest.approx((1.0, 1.5, 2.0))
+    assert "there is one scene only: intervals have no width" not in found.notes
+
+
+def test_one_scene_is_told(shards, tmp_path):
+    path = tmp_path / "splits.json"
+    path.write_text(json.dumps({"val": ["scene-0003"]}))
+
+    assert evaluate_plans(shards, split_file=path).notes == (
+        "there is one scene only: intervals have no width",
+    )
+
+
+def test_a_planner_that_does_not_beat_the_controls_is_named(shards, fake_planners, off_by):
+    runs = [
+        fake_planners("bad", "end-to-end", off_by(50, 0)),
+        fake_planners("good", "holistic", off_by(0, 1e-9)),
+    ]
+    notes = evaluate_plans(shards, runs).notes
+
+    assert notes[2:] == (
+        "end-to-end does not beat constant-velocity, straight-line, cubic by ADE up to 2.5 s: no result",
+    )
+
+
+def test_systems_are_named_with_no_past_and_by_their_folder_where_they_share_a_name(shards, fake_planners):
+    runs = [
+        fake_planners("a", "holistic-np"),
+        fake_planners("b", "lstm-ed"),
+        fake_planners("truth", "lstm-ed"),
+    ]
+    found = evaluate_plans(shards, runs)
+
+    assert found.systems == ("holistic-np", "b", "runs/truth")
+    assert found.notes[0] == f"holistic-np: {runs[0]}"
+
+
+class TestHomographies:
+    """Only a planner that warps needs one."""
+
+    def test_it_is_the_planners_own_unless_another_is_asked_for(self, shards, fake_planners):
+        with (
+            h5py.File(shards / "scene-0002.h5", "r+") as one,
+            h5py.File(shards / "scene-0003.h5", "r+") as two,
+        ):
+            for h5 in (one, two):
+                h5["CAM_FRONT/homography/network/valid"] = np.ones(15, bool)
+        warps, does_not = fake_planners("warps", "holistic", warp="surface"), fake_planners("does-not")
+        found = evaluate_plans(shards, [warps, does_not], batch_size=3, workers=1)
+        asked = evaluate_plans(shards, [warps, does_not], homography="network")
+
+        calls = [fake_planners.opened[run].calls for run in (warps, does_not)]
+        assert calls == [[("surface", 3, 1), ("network", 8, 0)], [(None, 3, 1), (None, 8, 0)]]
+        # Frame 3 has none: it is among the six images of all three sequences of each scene.
+        assert found.notes[0] == (
+            f"holistic: {warps}, masks warped by homography surface; 6 of 6 sequences have images without "
+            "one: empty there"
+        )
+        assert asked.notes[:2] == (
+            f"holistic: {warps}, masks warped by homography network",
+            f"lstm-ed: {does_not}",
+        )
+
+    def test_one_that_is_missing_is_named_with_its_command(self, shards, fake_planners):
+        run = fake_planners("run", "holistic", warp="network")
+        message = f"'network' (all have surface); run `ogmkit predict homography {shards} --checkpoint RUN`"
+        with pytest.raises(SettingsError, match=re.escape(message)):
+            evaluate_plans(shards, [run])
+
+        evaluate_plans(shards, [run], homography="surface")
+        evaluate_plans(shards, [fake_planners("other")])
+
+
+def test_samples_are_spread_over_the_sequences(shards, fake_planners, off_by):
+    found = evaluate_plans(shards, [fake_planners("run", plan=off_by(1, 0))], samples=2)
+
+    assert [(one.system, one.place) for one in found.samples] == [
+        ("lstm-ed", ("scene-0002", "CAM_FRONT", 7)),
+        ("lstm-ed", ("scene-0003", "CAM_FRONT", 7)),
+    ]
+    expected = off_by(1, 0)(found.samples[1].place).mean
+    np.testing.assert_array_equal(found.samples[1].plan.mean, expected)
+
+
+def test_limit_and_progress(shards, fake_planners):
+    calls = []
+    runs = [fake_planners("one"), fake_planners("two")]
+    found = evaluate_plans(shards, runs, limit=2, on_progress=lambda *one: calls.append(one))
+
+    assert found.sequences == 2
+    assert calls == [(done, 8) for done in range(1, 9)]  # rows for free, each run's plans, their scoring
+
+
+@pytest.mark.parametrize("part", ["mean", "sigma", "rho"])
+def test_a_plan_that_is_not_finite_is_named(shards, fake_planners, part):
+    def plan(place):
+        parts = {"mean": np.zeros((5, 2)), "sigma": np.ones((5, 2)), "rho": np.zeros(5)}
+        if place == ("scene-0003", "CAM_FRONT", 7):
+            parts[part][3] = np.nan
+        return Plan(**parts)
+
+    run = fake_planners("run", plan=plan)
+    message = f"{run}: its plan for scene-0003, CAM_FRONT, frame 7 is not finite"
+    with pytest.raises(CheckpointError, match=re.escape(message)):
+        evaluate_plans(shards, [run])
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"split": "test"}, "unknown split 'test'"),
+        ({"cameras": ("CAM_FROND",)}, "CAM_FRONT"),
+        ({"limit": 0}, "limit: 0 frames"),
+    ],
+)
+def test_bad_settings_are_named_in_one_line(shards, settings, message):
+    with pytest.raises(OgmkitError, match=re.escape(message)) as caught:
+        evaluate_plans(shards, **settings)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("options", "kind", "message"),
+    [
+        (
+            {"grid": GridSpec(0.5, 60, 40, 56, 20)},
+            SettingsError,
+            "grid.ego_column is 20 here but 24 there",
+        ),
+        ({"cameras": ("CAM_BACK",)}, SettingsError, "trained without CAM_FRONT; choose --camera CAM_BACK"),
+        ({"name": "ved", "plans": False}, CheckpointError, "ved plans nothing"),
+    ],
+    ids=["grid", "camera", "no planner"],
+)
+def test_runs_that_do_not_fit_are_named(shards, fake_planners, options, kind, message):
+    run = fake_planners("run", **options)
+    with pytest.raises(kind, match=re.escape(message)) as caught:
+        evaluate_plans(shards, [run])
+    assert str(caught.value).startswith(f"{run}: ")
+
+
+def test_a_run_counts_once(shards, fake_planners):
+    run = fake_planners("run")
+    with pytest.raises(SettingsError, match="is the same checkpoint as"):
+        evaluate_plans(shards, [run, run])
