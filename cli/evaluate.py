@@ -91,9 +91,9 @@ def command(
     pictures: Path | None,
     **common: Any,  # noqa: ANN401  # options that both evaluations have, by their names
 ) -> None:
-    """Score trained networks by the paper's tables: grids by IoU, plans by displacement.
+    """Score trained networks by the paper's tables.
 
-    SHARDS is a folder that `ogmkit extract` wrote; each RUN a folder that `ogmkit train` wrote, of which the
+    Grids by IoU, plans by displacement. SHARDS is a folder that `ogmkit extract` wrote; each RUN a folder that `ogmkit train` wrote, of which the
     best checkpoint is taken, or a checkpoint. Runs that predict grids go to the first table, as do the rows
     that need no RUN; planners to the second. Intervals come from resampling scenes.
 

@@ -10,6 +10,7 @@ from .extras import require_train
 from .homography_table import summary_lines
 from .options import cameras_option, shards_argument
 from .predict_masks import SYSTEMS, batch_size_option, checkpoint_option, system_command
+from .predict_plan import plan
 from .progress import progress
 
 
@@ -60,3 +61,4 @@ def homography(
 
 for _system in SYSTEMS:
     command.add_command(system_command(_system))
+command.add_command(plan)

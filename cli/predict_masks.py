@@ -14,6 +14,8 @@ from .progress import progress
 from .text import with_number
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from ogmkit.learn.prediction_files import Format
     from ogmkit.learn.predictions import PredictionSummary
 
@@ -32,11 +34,28 @@ checkpoint_option = click.option(
     required=True,
     help="Folder that `ogmkit train` wrote, of which the best checkpoint is taken; or a checkpoint.",
 )
+source_argument = click.argument("source", type=click.Path(exists=True, file_okay=False, path_type=Path))
+limit_option = click.option(
+    "--limit-frames", "limit", type=click.IntRange(min=1), show_default="all", help="Frames, evenly spread."
+)
+read_ahead_option = click.option(
+    "--workers",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default=True,
+    help="Processes that read ahead; 0 reads in this one.",
+)
+homography_checkpoint_option = click.option(
+    "--homography-checkpoint",
+    type=click.Path(exists=True, path_type=Path),
+    metavar="RUN",
+    help="Run of homography that says how images get to the plane, with --calibration.",
+)
 batch_size_option = click.option(
     "--batch-size", type=click.IntRange(min=1), default=8, show_default=True, help="Frames at a time."
 )
 
-_OF_SHARDS = ("--homography", "--scenes", "--split", "--split-file", "--camera", "--limit-frames")
+OF_SHARDS = ("--homography", "--scenes", "--split", "--split-file", "--camera", "--limit-frames")
 """Options that choose among what shards hold."""
 _HELP = """{first}
 
@@ -57,7 +76,7 @@ _KEYS = {
 }
 
 _OPTIONS = (
-    click.argument("source", type=click.Path(exists=True, file_okay=False, path_type=Path)),
+    source_argument,
     checkpoint_option,
     click.option(
         "--out",
@@ -85,21 +104,9 @@ _OPTIONS = (
     splits_option,
     shards_split_file_option,
     cameras_option(),
-    click.option(
-        "--limit-frames",
-        "limit",
-        type=click.IntRange(min=1),
-        show_default="all",
-        help="Frames, evenly spread.",
-    ),
+    limit_option,
     batch_size_option,
-    click.option(
-        "--workers",
-        type=click.IntRange(min=0),
-        default=0,
-        show_default=True,
-        help="Processes that read ahead; 0 reads in this one.",
-    ),
+    read_ahead_option,
 )
 _FOOTPRINT_OPTIONS = (
     click.option(
@@ -108,12 +115,7 @@ _FOOTPRINT_OPTIONS = (
         show_default="network if there, else surface",
         help="The shards' homographies that masks are warped by.",
     ),
-    click.option(
-        "--homography-checkpoint",
-        type=click.Path(exists=True, path_type=Path),
-        metavar="RUN",
-        help="Run of homography that says how images get to the plane, with --calibration.",
-    ),
+    homography_checkpoint_option,
 )
 
 
@@ -144,7 +146,7 @@ def _run(
     homography_checkpoint: Path | None = None,
     **chosen: Any,  # noqa: ANN401  # the fields of `Choice`
 ) -> None:
-    _require_fitting(calibration, homography_checkpoint)
+    require_fitting(calibration, homography_checkpoint, OF_SHARDS)
     require_train()
     from ogmkit.learn.image_predictions import predict_images
     from ogmkit.learn.predictions import Choice, PredictionJob, predict_shards
@@ -161,8 +163,16 @@ def _run(
     click.echo(_line(folder, summary))
 
 
-def _require_fitting(calibration: Path | None, homography_checkpoint: Path | None) -> None:
-    """Refuse options that go with the other kind of source."""
+def require_fitting(
+    calibration: Path | None, homography_checkpoint: Path | None, of_shards: Sequence[str]
+) -> None:
+    """Refuse options that go with the other kind of source.
+
+    Args:
+        calibration: file that comes with images; None where shards are predicted.
+        homography_checkpoint: goes with images.
+        of_shards: options that go with shards.
+    """
     context = click.get_current_context()
     if calibration is None:
         if homography_checkpoint is not None:
@@ -172,7 +182,7 @@ def _require_fitting(calibration: Path | None, homography_checkpoint: Path | Non
         return
     for option in context.command.params:
         given = context.get_parameter_source(str(option.name)) is not ParameterSource.DEFAULT
-        if given and option.opts[0] in _OF_SHARDS:
+        if given and option.opts[0] in of_shards:
             raise click.UsageError(f"{option.opts[0]} goes with shards, not with --calibration.")
 
 

@@ -33,7 +33,7 @@ def tiny_dataroot(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def plan_shards(tmp_path_factory):
-    """Two scenes (train, val), of four sequences with a valid trajectory each, one camera, an off-centre grid.
+    """Two scenes (train, val), of four sequences with a trajectory each, one camera, off-centre grid.
 
     With homographies and footprints by `surface`. Tests only read it.
     """

@@ -1,7 +1,6 @@
 """Calibration files: JSON that says where cameras and LiDARs of a user's own recordings are."""
 
-import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -9,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from ogmkit.errors import TableError
+from ogmkit.learn.json_values import Reader, checked, json_object, numbers
 from ogmkit.nuscenes.names import unknown
 from ogmkit.typing import FloatArray
 
-_MAX_BYTES = 1 << 28
 _MAX_SIDE_PX = 1 << 16
 _TOLERANCE = 1e-4
 """How far a rotation's rows may be from unit length and right angles: printed with five digits it passes."""
@@ -69,16 +68,7 @@ class CalibrationFile:
             if name not in self.content:
                 raise TableError(f"{self.path}: {unknown('image', name, tuple(self.content))}; add it")
             values = self.content[name]
-        for key in values:
-            if key not in _KEYS:
-                raise TableError(f"{place}: {unknown('key', key, tuple(_KEYS))}")
-        for key in needs:
-            if key not in values:
-                raise TableError(f"{place}: {key} is missing; add it")
-        try:
-            return Calibration(**{key: _KEYS[key](key, value) for key, value in values.items()})
-        except ValueError as error:
-            raise TableError(f"{place}: {error}") from error
+        return Calibration(**checked(values, KEYS, needs, place))
 
     def place(self, name: str) -> str:
         """What messages call what it says of an input."""
@@ -91,16 +81,7 @@ def read_calibration_file(path: Path) -> CalibrationFile:
     Raises:
         TableError: it is absent, no JSON, or no object of the two forms.
     """
-    try:
-        if path.stat().st_size > _MAX_BYTES:
-            raise TableError(f"{path}: is too large for a calibration; choose another file")
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise TableError(f"{path}: can't be read ({error.strerror}); choose another file") from error
-    except (ValueError, RecursionError) as error:
-        raise TableError(f"{path}: is no JSON ({error}); correct it") from error
-    if not isinstance(content, dict) or not content:
-        raise TableError(f"{path}: holds no object with {', '.join(_KEYS)}; correct it")
+    content = json_object(path, KEYS)
     nested = [isinstance(value, dict) for value in content.values()]
     if any(nested) and not all(nested):
         raise TableError(f"{path}: holds neither one calibration nor one for each image; correct it")
@@ -124,23 +105,8 @@ def _size(key: str, value: object) -> tuple[int, int]:
     return height, width
 
 
-def _matrix(key: str, value: object, side: int) -> FloatArray:
-    """A square matrix of finite numbers."""
-    rows = value if isinstance(value, list) else []
-    square = len(rows) == side and all(isinstance(row, list) and len(row) == side for row in rows)
-    if not square or not all(type(entry) in (int, float) for row in rows for entry in row):
-        raise ValueError(f"{key} is not {side} rows of {side} numbers")
-    try:
-        matrix = np.array(rows, dtype=np.float64)
-    except OverflowError as error:  # JSON has integers of any length
-        raise ValueError(f"{key} holds a number that is too large") from error
-    if not np.isfinite(matrix).all():
-        raise ValueError(f"{key} holds a number that is not finite")
-    return matrix
-
-
 def _intrinsics(key: str, value: object) -> FloatArray:
-    matrix = _matrix(key, value, 3)
+    matrix = numbers(key, value, 3, 3)
     if matrix[0, 0] <= 0 or matrix[1, 1] <= 0:
         raise ValueError(f"{key} has a focal length that is not positive")
     if matrix[1, 0] != 0 or matrix[2].tolist() != [0, 0, 1]:
@@ -149,7 +115,7 @@ def _intrinsics(key: str, value: object) -> FloatArray:
 
 
 def _pose(key: str, value: object) -> FloatArray:
-    matrix = _matrix(key, value, 4)
+    matrix = numbers(key, value, 4, 4)
     if matrix[3].tolist() != [0, 0, 0, 1]:
         raise ValueError(f"{key} does not end in the row 0, 0, 0, 1")
     rotation = matrix[:3, :3]
@@ -160,10 +126,10 @@ def _pose(key: str, value: object) -> FloatArray:
 
 
 def _homography(key: str, value: object) -> FloatArray:
-    return _matrix(key, value, 3)
+    return numbers(key, value, 3, 3)
 
 
-_KEYS: Mapping[str, Callable[[str, object], Any]] = {
+KEYS: Mapping[str, Reader] = {
     "camera": _text,
     "image_size": _size,
     "intrinsics": _intrinsics,

@@ -2,6 +2,7 @@
 
 import struct
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -84,19 +85,43 @@ class ImageFolder(Dataset[Sample]):
             return SampleArrays(np.zeros((1, 2), np.int64), points_level=(points,))
         if spec.image_size is None:
             return SampleArrays(np.zeros((1, 2), np.int64))
-        image = read_image(path, known.image_size, spec.image_size)[None]
-        image_from_pixels = image_from_resized(known.image_size, spec.image_size)
-        size = np.array([spec.image_size])
-        if spec.homography is not None:
-            found = self._homographies[i]
-            matrix = scaled(found.bev_from_image @ image_from_pixels)[None]
-            valid = np.array([found.valid])
-            return SampleArrays(size, image, bev_from_image=matrix, homography_valid=valid)
+        homographies = self._homographies[i : i + 1] if spec.homography is not None else ()
+        arrays = image_arrays((path,), (known,), spec.image_size, homographies)
         if spec.calibration and known.intrinsics is not None and known.level_from_camera is not None:
+            image_from_pixels = image_from_resized(known.image_size, spec.image_size)
             intrinsics = np.linalg.inv(image_from_pixels) @ known.intrinsics
             pose = known.level_from_camera[None]
-            return SampleArrays(size, image, intrinsics=intrinsics[None], level_from_camera=pose)
-        return SampleArrays(size, image)
+            return replace(arrays, intrinsics=intrinsics[None], level_from_camera=pose)
+        return arrays
+
+
+def image_arrays(
+    paths: Sequence[Path],
+    calibrations: Sequence[Calibration],
+    size: tuple[int, int],
+    homographies: Sequence[Homography] = (),
+) -> SampleArrays:
+    """Read images, and move their homographies to the resized images' pixels.
+
+    Args:
+        paths: T files.
+        calibrations: T, of each.
+        size: (height, width) of the results.
+        homographies: T, or none.
+
+    Raises:
+        DataFileError: an image is absent, damaged, or of another size than its calibration's.
+    """
+    images = [read_image(path, one.image_size, size) for path, one in zip(paths, calibrations, strict=True)]
+    arrays = SampleArrays(np.tile(size, (len(images), 1)), np.stack(images))
+    if not homographies:
+        return arrays
+    matrices = [
+        scaled(found.bev_from_image @ image_from_resized(known.image_size, size))
+        for found, known in zip(homographies, calibrations, strict=True)
+    ]
+    valid = np.array([found.valid for found in homographies])
+    return replace(arrays, bev_from_image=np.stack(matrices), homography_valid=valid)
 
 
 def inputs_in(folder: Path, endings: tuple[str, ...]) -> tuple[Path, ...]:

@@ -118,6 +118,18 @@ def require_system(run: Run, *systems: str) -> None:
         )
 
 
+def require_planner(run: Run) -> None:
+    """Refuse a run that predicts masks or homographies.
+
+    Raises:
+        CheckpointError: it plans nothing.
+    """
+    if not run.model.plans:
+        raise CheckpointError(
+            f"{run.path}: is a run of {run.system}, which plans nothing; choose a planner's"
+        )
+
+
 def require_grid(run: Run, shards: Path) -> None:
     """Refuse shards of another grid than the run was trained on.
 

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ogmkit.errors import CheckpointError, SettingsError
+from ogmkit.errors import SettingsError
 from ogmkit.learn.data.index import index_sequences
 from ogmkit.learn.data.loader import EpochBatches, loader
 from ogmkit.learn.data.sequences import SequenceDataset
-from ogmkit.learn.inference import Run, predict_batch, require_cameras, require_grid
+from ogmkit.learn.inference import Run, predict_batch, require_cameras, require_grid, require_planner
 from ogmkit.learn.plan import Plan, PlannedFrame
 from ogmkit.learn.systems.base import Batch, System
 from ogmkit.typing import FloatArray
@@ -49,8 +49,7 @@ def predict_plans(
         ShardError: the shards lack what the run predicts from.
         TrainingError: there is no such sequence.
     """
-    if not run.model.plans:
-        raise CheckpointError(f"{run.path}: {run.system} plans nothing; choose a run of a planner")
+    require_planner(run)
     require_grid(run, shards)
     require_cameras(run, cameras)
     spec = run.model.prediction_spec(homography)

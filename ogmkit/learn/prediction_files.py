@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 import cv2
 import h5py
@@ -36,6 +36,7 @@ _DESCRIPTIONS: Mapping[str, str] = {
 }
 
 Value = str | int | bool | NDArray[Any]
+Item = TypeVar("Item")
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,13 +119,13 @@ def write_pngs(folder: Path, row: Row) -> tuple[Path, ...]:
 
 
 def reported(
-    rows: Iterator[Row], total: int, on_progress: Callable[[int, int], None] | None
-) -> Iterator[Row]:
-    """The same rows, each one told of as (rows so far, rows in all)."""
-    for done, row in enumerate(rows, start=1):
+    items: Iterator[Item], total: int, on_progress: Callable[[int, int], None] | None
+) -> Iterator[Item]:
+    """The same items, each one told of as (items so far, items in all)."""
+    for done, item in enumerate(items, start=1):
         if on_progress is not None:
             on_progress(done, total)
-        yield row
+        yield item
 
 
 def open_folder(out: Path) -> None:

@@ -91,5 +91,5 @@ def test_poses_that_are_no_numbers_stop_the_training(tmp_path, plan_shards):
     shutil.copytree(plan_shards, shards)
     with h5py.File(shards / "scene-0001.h5", "r+") as h5:
         h5["CAM_FRONT/global_from_ego"][7, 0, 3] = np.nan
-    with pytest.raises(ShardError, match="scene-0001.*CAM_FRONT frame 7: .*not finite"):
+    with pytest.raises(ShardError, match=r"scene-0001.*CAM_FRONT frame 7: .*not finite"):
         train(TrainSettings("lstm-ed", **TINY), shards, tmp_path / "run")

@@ -1,0 +1,133 @@
+"""`ogmkit predict plan`."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from .extras import require_train
+from .options import cameras_option, scenes_option, shards_split_file_option, splits_option
+from .predict_masks import (
+    OF_SHARDS,
+    batch_size_option,
+    checkpoint_option,
+    homography_checkpoint_option,
+    limit_option,
+    read_ahead_option,
+    require_fitting,
+    source_argument,
+)
+from .progress import progress
+from .text import with_number
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from ogmkit.learn.plan_objects import PlanStream
+
+
+@click.command()
+@source_argument
+@checkpoint_option
+@click.option(
+    "--out",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="FILE",
+    help="File for the list, replaced where it is there.  [default: stdout]",
+)
+@click.option(
+    "--samples",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default=True,
+    help="Trajectories to draw from each plan; each step by itself.",
+)
+@click.option(
+    "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of what --samples draws."
+)
+@click.option(
+    "--calibration",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    metavar="FILE",
+    help="Calibration, past positions and destination, where SOURCE holds six images.",
+)
+@scenes_option
+@splits_option
+@shards_split_file_option
+@cameras_option()
+@limit_option
+@batch_size_option
+@read_ahead_option
+@click.option(
+    "--homography",
+    metavar="SOURCE",
+    show_default="the one that RUN was trained with",
+    help="The shards' homographies that masks are warped by (holistic).",
+)
+@homography_checkpoint_option
+def plan(source: Path, out: Path | None, calibration: Path | None, **values: Any) -> None:  # noqa: ANN401  # options
+    """Write the ego's next positions as JSON, by a trained planner.
+
+    From SOURCE, a folder of shards that `ogmkit extract` wrote: a list with an object a line for each
+    sequence of six images whose last has a valid trajectory. With --calibration, from SOURCE, a folder of six
+    images, 0.5 s apart, oldest first by their names: a list of one object. FILE is one JSON object with
+    positions (six [x, y] in metres, the last one 0, 0), destination ([x, y] in 3 s) and, as the planner needs
+    them, image_size and a way to the plane. See docs/predict.md.
+
+    An object holds destination and plan: for 0.5, 1.0 … 2.5 s the mean (x, y), standard deviations (sigma_x,
+    sigma_y) and correlation (rho) of a Gaussian, in metres, x ahead and y left of the last image's ego. With
+    --samples there are trajectories drawn from these, each step by itself. Nothing else goes to stdout.
+    """
+    require_fitting(calibration, values["homography_checkpoint"], (*OF_SHARDS, "--batch-size", "--workers"))
+    require_train()
+    from ogmkit.learn.plan_objects import json_list, write_list
+
+    with _bar(out) as advance:
+        stream = _stream(source, out, calibration, advance, **values)
+        if out is not None:
+            write_list(out, stream.objects)
+        else:
+            for part in json_list(stream.objects):
+                click.echo(part, nl=False)
+    if out is not None:
+        warped = f" warped by {stream.homography}" if stream.homography else ""
+        click.echo(f"{out}: {stream.name}{warped}, {with_number(stream.count, 'plan')}")
+
+
+def _stream(
+    source: Path,
+    out: Path | None,
+    calibration: Path | None,
+    advance: Callable[[int, int], None] | None,
+    checkpoint: Path,
+    samples: int,
+    seed: int,
+    batch_size: int,
+    workers: int,
+    homography: str | None,
+    homography_checkpoint: Path | None,
+    **chosen: Any,  # noqa: ANN401  # the fields of `Choice`
+) -> PlanStream:
+    from ogmkit.learn.plan_folder import plan_of_images
+    from ogmkit.learn.plan_objects import PlanJob
+    from ogmkit.learn.plan_predictions import plans_of_shards
+    from ogmkit.learn.predictions import Choice
+    from ogmkit.shards.atomic import require_outside
+
+    job = PlanJob(checkpoint, samples, seed, batch_size, workers)
+    if calibration is not None:
+        return plan_of_images(job, source, calibration, homography_checkpoint=homography_checkpoint)
+    if out is not None:
+        require_outside(out, source)
+    return plans_of_shards(job, source, homography=homography, choice=Choice(**chosen), on_progress=advance)
+
+
+def _bar(out: Path | None) -> AbstractContextManager[Callable[[int, int], None] | None]:
+    """A progress bar, but where it would run into the list on the terminal."""
+    if out is None and sys.stdout.isatty():
+        return nullcontext()
+    return progress(None, "plans", "predict plan")
