@@ -41,6 +41,11 @@ _CAMERAS = "CAM_FRONT,CAM_FRONT_RIGHT,CAM_BACK_RIGHT,CAM_BACK,CAM_BACK_LEFT,CAM_
     metavar="METRES",
     help="How much the ground's height varies; 0 is a flat world.",
 )
+@click.option(
+    "--incidents",
+    is_flag=True,
+    help="Vehicles stand in the ego's lanes, to be passed by swerving, and the car ahead brakes suddenly.",
+)
 def command(
     out: Path,
     scenes: int,
@@ -52,6 +57,7 @@ def command(
     lidar: bool,
     sweeps: bool,
     relief_m: float,
+    incidents: bool,
 ) -> None:
     """Make a nuScenes-style dataset out of nothing.
 
@@ -70,6 +76,7 @@ def command(
         lidar=lidar,
         sweeps=sweeps,
         relief_m=relief_m,
+        incidents=incidents,
     )
     with progress(None, "files", "synthesize") as advance:
         summary = synthesize(out, settings, on_progress=advance)

@@ -43,6 +43,8 @@ class SynthesisSettings:
         sweeps: also images and sweeps between the key frames.
         relief_m: about how much the ground's height varies, metres; 0 for a flat world.
         lidar_azimuths: LiDAR rays of a ring.
+        incidents: vehicles stand in the ego's lanes, which it and others pass by swerving, and the driver
+            ahead of it brakes suddenly now and then.
 
     Raises:
         SettingsError: a setting is out of range or unknown.
@@ -58,6 +60,7 @@ class SynthesisSettings:
     sweeps: bool = False
     relief_m: float = 0.0
     lidar_azimuths: int = 1090
+    incidents: bool = False
 
     def __post_init__(self) -> None:
         for name, value, low, high in (
@@ -156,7 +159,10 @@ def _make(
     counter = _Counter(_count(plans, settings, recording), on_progress)
     recorder = Recorder(out, tables, recording, counter.advance)
     for plan in plans:
-        stage = build_stage(settings.seed, plan, layouts[plan.log.location], duration_s, settings.relief_m)
+        layout = layouts[plan.log.location]
+        stage = build_stage(
+            settings.seed, plan, layout, duration_s, settings.relief_m, incidents=settings.incidents
+        )
         annotations += recorder.record(stage, rigs[plan.log])
     tables.write(out / settings.version)
     names = tuple(plan.name for plan in plans)

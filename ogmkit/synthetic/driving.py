@@ -10,8 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ogmkit.synthetic.catalogue import Look
-from ogmkit.synthetic.routes import Route
+from ogmkit.synthetic.drivers import Blockade, Driver
 from ogmkit.synthetic.streets import STOP_M, Network
 from ogmkit.typing import FloatArray
 
@@ -22,51 +21,12 @@ _STANDSTILL_M = 2.5
 _ACCELERATION_M_S2 = 1.6
 _COMFORT_M_S2 = 2.0
 _HARDEST_M_S2 = 6.0
+_BRAKING_M_S2 = 4.5  # of those who brake suddenly
+_BRAKING_LAG_S = 0.4
 _CLEAR_M = 3.0  # ways through a junction that come closer than this exclude each other
 _FORK_M = 8.0  # after this much of their ways, two that began alike are apart
 _ROOM_M = 5.0
 _WAIT_M = STOP_M + 0.8 - _STANDSTILL_M + 0.6  # the model itself keeps its distance from the stop line
-
-
-@dataclass(frozen=True, eq=False)
-class Driver:
-    """One vehicle, possibly of several parts, and what its driver means to do.
-
-    Attributes:
-        route: where to.
-        start_m: of the front bumper along the route.
-        cruise_m_s: speed on a free straight road.
-        length_m: from the front bumper to the rear of the last part.
-        parts: what is drawn: a look and the distance from the front bumper to the part's middle.
-        left_m: how far left of the lane's middle it keeps.
-        pause_m: where on the route it stops for a while; infinite for nowhere.
-        pause_s: for how long.
-    """
-
-    route: Route
-    start_m: float
-    cruise_m_s: float
-    length_m: float
-    parts: tuple[tuple[Look, float], ...]
-    left_m: float = 0.0
-    pause_m: float = np.inf
-    pause_s: float = 0.0
-
-
-@dataclass(frozen=True)
-class Blockade:
-    """A time in which a pedestrian crossing is closed to vehicles.
-
-    Attributes:
-        road: index of the road.
-        at_end: which of its ends.
-        start_s, end_s: from when to when.
-    """
-
-    road: int
-    at_end: bool
-    start_s: float
-    end_s: float
 
 
 @dataclass(eq=False)
@@ -125,6 +85,11 @@ class Simulation:
         for gap_m, speed_m_s in obstacles:
             if gap_m < _LOOK_AHEAD_M:
                 demands.append(_following(state.speed_m_s, gap_m, speed_m_s, free))
+        demands += [
+            max((braking.speed_m_s - state.speed_m_s) / _BRAKING_LAG_S, -_BRAKING_M_S2)
+            for braking in state.driver.brakings
+            if braking.start_s <= time_s <= braking.end_s
+        ]
         return max(min(demands), -_HARDEST_M_S2)
 
     def _leader(self, number: int) -> tuple[float, float]:
@@ -210,7 +175,9 @@ class Simulation:
 
 
 def _start(driver: Driver) -> _State:
-    limits = driver.route.speed_limits(driver.cruise_m_s)
+    passing = driver.passing
+    wish_m_s = driver.cruise_m_s if passing is None else np.minimum(passing.limits_m_s, driver.cruise_m_s)
+    limits = driver.route.speed_limits(wish_m_s)
     speed = float(np.interp(driver.start_m, driver.route.path.distances, limits))
     return _State(driver, limits, driver.start_m, 0.8 * speed)
 

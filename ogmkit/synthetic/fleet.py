@@ -3,7 +3,7 @@
 import numpy as np
 
 from ogmkit.synthetic.catalogue import EGO_SIZE_WLH, Look, draw_look
-from ogmkit.synthetic.driving import Driver
+from ogmkit.synthetic.drivers import Braking, Driver
 from ogmkit.synthetic.routes import Route, draw_route
 from ogmkit.synthetic.streets import Network
 from ogmkit.typing import FloatArray
@@ -30,6 +30,11 @@ _GAP_M = 9.0
 _LEADER_GAP_M = (14.0, 38.0)
 _LEADER_HASTE = (0.65, 1.05)  # of the ego's cruising speed
 _ODD_LEADER = 0.4
+_BRAKER_GAP_M = (10.0, 18.0)
+_BRAKER_HASTE = (0.85, 1.0)
+_BRAKING_EVERY_S = (8.0, 12.0)
+_BRAKING_S = (2.0, 4.0)
+_EARLY = 0.4  # share of a lane in which the ego begins where it is to meet obstacles
 _HALTING = 0.35
 _HALT_M = (55.0, 130.0)  # from where the leader is five seconds before the scene begins
 _NEAR_CARS, _NEAR_OTHERS = 0.4, 0.75  # shares of those who start near the ego's way
@@ -38,19 +43,25 @@ _REACH_M = 90.0
 _TRIES = 60
 
 
-def draw_drivers(random: np.random.Generator, network: Network, duration_s: float) -> list[Driver]:
+def draw_drivers(
+    random: np.random.Generator, network: Network, duration_s: float, *, incidents: bool = False
+) -> list[Driver]:
     """All drivers of a scene; the first is the ego's.
 
     Args:
         random: source of choices.
         network: the streets.
         duration_s: how long the routes must last.
+        incidents: whether a car goes just ahead of the ego all the time, and brakes suddenly now and then.
     """
     taken: dict[int, list[tuple[float, float]]] = {}
-    drivers = [_draw_ego(random, network, duration_s, taken)]
+    drivers = [_draw_ego(random, network, duration_s, taken, _EARLY if incidents else 1.0)]
     kinds: list[tuple[str, ...]] = [*_KINDS, *[_CAR] * _CARS]
-    leader = kinds[random.integers(len(kinds))] if random.uniform() < _ODD_LEADER else _CAR
-    drivers.append(_draw_leader(random, network, duration_s, taken, drivers[0], _parts(random, leader)))
+    if incidents:
+        drivers.append(_draw_braker(random, duration_s, taken, drivers[0]))
+    else:
+        leader = kinds[random.integers(len(kinds))] if random.uniform() < _ODD_LEADER else _CAR
+        drivers.append(_draw_leader(random, network, duration_s, taken, drivers[0], _parts(random, leader)))
     for kind in kinds:
         parts = _parts(random, kind)
         near_share = _NEAR_CARS if kind == _CAR else _NEAR_OTHERS
@@ -71,10 +82,13 @@ def _draw_ego(
     network: Network,
     duration_s: float,
     taken: dict[int, list[tuple[float, float]]],
+    early: float,
 ) -> Driver:
+    """The ego, somewhere in the first part of a lane; `early` is that part's share of it."""
     ego = Look("vehicle.car", EGO_SIZE_WLH, (0.0, 0.0, 0.0))
     parts = ((ego, EGO_SIZE_WLH[1] / 2),)
-    lane, start_m = _place(random, network, EGO_SIZE_WLH[1])
+    lane, place_m = _place(random, network, EGO_SIZE_WLH[1])
+    start_m = max(early * place_m, EGO_SIZE_WLH[1] + 1)
     taken.setdefault(lane, []).append((start_m - EGO_SIZE_WLH[1], start_m))
     cruise = float(random.uniform(8.0, 11.5))
     route = draw_route(random, network, (lane,), start_m + cruise * duration_s + 160)
@@ -95,14 +109,36 @@ def _draw_leader(
     cruise = float(ego.cruise_m_s * random.uniform(*_LEADER_HASTE))
     shared = ego.route.lanes[: ego.route.index_at(start_m) + int(random.integers(1, 4))]
     route = draw_route(random, network, shared, start_m + cruise * duration_s + 60)
-    first, last = (route.index_at(start_m - reach) for reach in (length_m, 0.0))
-    for position in range(first, last + 1):
-        rear, front = start_m - length_m, start_m
-        lane_start = float(route.starts_m[position])
-        taken.setdefault(route.lanes[position], []).append((rear - lane_start, front - lane_start))
+    _take(taken, route, start_m, length_m)
     halts = random.uniform() < _HALTING
     pause_m = start_m + float(random.uniform(*_HALT_M)) if halts else np.inf
     return _driver(network, route, start_m, cruise, parts, pause_m, float(random.uniform(2.0, 5.0)))
+
+
+def _draw_braker(
+    random: np.random.Generator, duration_s: float, taken: dict[int, list[tuple[float, float]]], ego: Driver
+) -> Driver:
+    """A car that goes all of the ego's way just ahead of it and brakes hard now and then."""
+    parts = _parts(random, _CAR)
+    length_m = _length_m(parts)
+    start_m = ego.start_m + float(random.uniform(*_BRAKER_GAP_M)) + length_m
+    cruise = float(ego.cruise_m_s * random.uniform(*_BRAKER_HASTE))
+    _take(taken, ego.route, start_m, length_m)
+    brakings = []
+    time_s = float(random.uniform(0.0, _BRAKING_EVERY_S[1]))
+    while time_s < duration_s:
+        end_s = time_s + float(random.uniform(*_BRAKING_S))
+        brakings.append(Braking(time_s, end_s, cruise / 3 if random.uniform() < 0.5 else 0.0))
+        time_s += float(random.uniform(*_BRAKING_EVERY_S))
+    return Driver(ego.route, start_m, cruise, length_m, parts, brakings=tuple(brakings))
+
+
+def _take(taken: dict[int, list[tuple[float, float]]], route: Route, front_m: float, length_m: float) -> None:
+    """Note where a vehicle is at first, on all lanes that it covers."""
+    for position in range(route.index_at(front_m - length_m), route.index_at(front_m) + 1):
+        lane_m = float(route.starts_m[position])
+        spot = (front_m - length_m - lane_m, front_m - lane_m)
+        taken.setdefault(route.lanes[position], []).append(spot)
 
 
 def _driver(

@@ -3,11 +3,10 @@
 import numpy as np
 
 from ogmkit.synthetic.curves import Path, direction, even_path, hermite, turn
-from ogmkit.synthetic.streets import CORNER_M, PARKING_M, CrossSection, Lane, Network, Road
+from ogmkit.synthetic.streets import CORNER_M, PARKING_M, SHOULDER_M, CrossSection, Lane, Network, Road
 from ogmkit.typing import FloatArray
 
 _MARGIN_M = 48.0
-_SHOULDER_M = 0.3
 _TAPER_M = 5.0
 _BAY_CLEARANCE_M = 20.0  # between a junction and the first parked car
 _STRAIGHT_RAD = np.radians(40)
@@ -135,7 +134,7 @@ def _draw_road(
         wave = 0.25 * (1 + np.sin(centre.distances / random.uniform(9, 16) + random.uniform(0, 6)))
         fade = _smooth_step(centre.distances - 2 * _TAPER_M)
         fade = fade * _smooth_step(centre.length - 2 * _TAPER_M - centre.distances)
-        kerbs.append(section.half_m + _SHOULDER_M + PARKING_M * parking + wave * fade)
+        kerbs.append(section.half_m + SHOULDER_M + PARKING_M * parking + wave * fade)
         bays.append(stretches)
     return Road(centre, section, ends, kerbs[0], kerbs[1], (bays[0], bays[1]))
 

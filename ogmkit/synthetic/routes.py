@@ -45,8 +45,12 @@ class Route:
         smooth = np.convolve(np.pad(curvature, 4, mode="edge"), np.full(9, 1 / 9), mode="valid")
         return _LATERAL_M_S2 / np.maximum(smooth, 1e-6)
 
-    def speed_limits(self, cruise_m_s: float) -> FloatArray:
-        """(N,) speed at each path point that bends allow, braking for them in time."""
+    def speed_limits(self, cruise_m_s: FloatArray | float) -> FloatArray:
+        """(N,) speed at each path point that bends allow, braking for them in time.
+
+        Args:
+            cruise_m_s: speed on a straight, everywhere the same or (N,) at each point.
+        """
         energy = np.minimum(self._bend_speeds_squared, cruise_m_s**2)
         slope = 2 * _BRAKING_M_S2 * self.path.distances
         ahead = np.minimum.accumulate((energy + slope)[::-1])[::-1] - slope

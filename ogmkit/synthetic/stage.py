@@ -114,10 +114,18 @@ class Stage:
         return Box(number, actor.look, translation, rotation, speed_m_s, actor.driver >= 0)
 
 
-def build_stage(seed: int, plan: ScenePlan, layout: Layout, duration_s: float, relief_m: float) -> Stage:
+def build_stage(
+    seed: int,
+    plan: ScenePlan,
+    layout: Layout,
+    duration_s: float,
+    relief_m: float,
+    *,
+    incidents: bool = False,
+) -> Stage:
     """Draw a scene; scenes of one location share its ground."""
     random = np.random.default_rng([seed, 2, plan.index])
-    traffic = build_traffic(random, layout.network, layout.car_parks, duration_s)
+    traffic = build_traffic(random, layout.network, layout.car_parks, duration_s, incidents=incidents)
     location_random = np.random.default_rng([seed, 3, plan.log.location.index])
     height = rolling_ground(location_random, relief_m) if relief_m else None
     surroundings = draw_surroundings(location_random, layout, height)

@@ -11,6 +11,8 @@ CROSSING_M = 3.0
 """Width of a pedestrian crossing, which begins where the junction ends."""
 STOP_M = 5.5
 """Distance of the stop line from the junction."""
+SHOULDER_M = 0.3
+"""From the outer edge of the outermost lane to the kerb, where nothing may be parked."""
 PARKING_M = 2.5
 """Width of a parking strip."""
 CORNER_M = 6.0

@@ -4,7 +4,7 @@ import numpy as np
 
 from ogmkit.synthetic.catalogue import draw_look
 from ogmkit.synthetic.curves import Path
-from ogmkit.synthetic.driving import Blockade
+from ogmkit.synthetic.drivers import Blockade
 from ogmkit.synthetic.motion import Actor, Crossing, Standing, Strolling
 from ogmkit.synthetic.streets import CROSSING_M, Network, Road
 
@@ -19,7 +19,8 @@ _KINDS = {
 }
 _PER_M = 1 / 28
 _STANDING = 0.2
-_QUIET = 0.65  # share of crossings that nobody uses
+QUIET = 0.65
+"""Share of crossings that nobody uses, usually."""
 _WARNING_S = 8.0  # a crossing is closed so long before somebody steps on it
 _CROSSING_MIDDLE_M = 0.7 + CROSSING_M / 2
 
@@ -42,13 +43,20 @@ def draw_walkers(random: np.random.Generator, network: Network) -> list[Actor]:
 
 
 def draw_crossings(
-    random: np.random.Generator, network: Network, duration_s: float
+    random: np.random.Generator, network: Network, duration_s: float, quiet: float
 ) -> tuple[list[Actor], list[Blockade]]:
-    """People who cross, and when the crossings are closed to vehicles for them."""
+    """People who cross, and when the crossings are closed to vehicles for them.
+
+    Args:
+        random: source of choices.
+        network: the streets.
+        duration_s: how long the scene lasts.
+        quiet: share of crossings that nobody uses.
+    """
     actors, blockades = [], []
     for index, road in enumerate(network.roads):
         for at_end in (False, True):
-            if random.uniform() < _QUIET:
+            if random.uniform() < quiet:
                 continue
             begin_s = float(random.uniform(0.0, duration_s))
             crossing = Crossing(_way_across(random, road, at_end), begin_s, float(random.uniform(1.1, 1.6)))

@@ -23,6 +23,14 @@ def test_makes_a_dataset_and_says_what(tmp_path):
     assert image.parent.name == "CAM_BACK"
 
 
+def test_incidents_change_the_traffic(tmp_path):
+    for name, more in (("calm", []), ("busy", ["--incidents"])):
+        result = run(tmp_path / name, *SMALL, *more)
+        assert result.exit_code == 0, result.output
+    calm, busy = ((tmp_path / name / "v1.0-mini" / "ego_pose.json").read_text() for name in ("calm", "busy"))
+    assert calm != busy
+
+
 def test_full_folder_is_an_error_of_one_line(tmp_path):
     (tmp_path / "file").write_text("")
     result = run(tmp_path, *SMALL)

@@ -5,7 +5,8 @@ from shapely import Polygon
 
 from ogmkit.synthetic.catalogue import EGO_SIZE_WLH, Look, draw_look
 from ogmkit.synthetic.curves import Path
-from ogmkit.synthetic.driving import Blockade, Driver, Simulation
+from ogmkit.synthetic.drivers import Blockade, Driver
+from ogmkit.synthetic.driving import Simulation
 from ogmkit.synthetic.motion import Crossing, Driving, Standing, Strolling
 from ogmkit.synthetic.overlap import overlaps
 from ogmkit.synthetic.routes import Route
