@@ -165,7 +165,8 @@ def _fit(
         data.train_batches.epoch, data.train_batches.skip = card.epoch, card.batches
     else:
         warm_start(system)
-        system.prepare(data.plain_train_dataloader())
+        if system.prepare_spec is not None:
+            system.prepare(data.plain_train_dataloader(system.prepare_spec))
     saving = Checkpoints(run, card, data.train_batches)
     watching: list[Callback] = [Metrics(run / METRICS), Samples(run / SAMPLES)]
     if on_progress is not None:

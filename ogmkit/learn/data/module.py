@@ -67,7 +67,7 @@ class ShardDataModule(LightningDataModule):
             require_finite_poses(train_index)
             require_finite_poses(val_index)
         self.train_set = samples(train_index, spec, augment=augmentation)
-        self._plain_train_set = samples(train_index, spec)
+        self._train_index, self._samples = train_index, samples
         self._batch_size = batch_size
         self.val_set = samples(val_index, spec)
         self.train_batches = EpochBatches(len(self.train_set), batch_size, seed=seed, shuffle=True)
@@ -78,10 +78,10 @@ class ShardDataModule(LightningDataModule):
         """Training batches, shuffled and augmented."""
         return self._loader(self.train_set, self.train_batches)
 
-    def plain_train_dataloader(self) -> BatchLoader:
-        """Training samples in order and as they are, for statistics."""
+    def plain_train_dataloader(self, spec: SampleSpec) -> BatchLoader:
+        """Training samples in order and not augmented, for statistics; `spec` says what they hold."""
         batches = EpochBatches(len(self.train_set), self._batch_size, seed=0, shuffle=False)
-        return loader(self._plain_train_set, batches, workers=0)
+        return loader(self._samples(self._train_index, spec), batches, workers=0)
 
     def val_dataloader(self) -> BatchLoader:
         """Validation batches, in order."""

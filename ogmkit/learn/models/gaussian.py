@@ -26,19 +26,21 @@ class Gaussians(NamedTuple):
     rho: Tensor
 
 
-def gaussian_of(raw: Tensor, scale_m: float) -> tuple[Tensor, Tensor, Tensor]:
+def gaussian_of(raw: Tensor, middle_m: Tensor, unit_m: Tensor) -> tuple[Tensor, Tensor, Tensor]:
     """Mean, standard deviations and correlation of five numbers without bounds.
 
     Args:
-        raw: (B, 5): mean of x and y in units of `scale_m`, two for the standard deviations, one for the
-            correlation.
-        scale_m: metres.
+        raw: (B, 5): mean of x and y from `middle_m` on, two for the standard deviations, all four in
+            units of `unit_m`; one for the correlation.
+        middle_m: (2,) metres.
+        unit_m: (2,) metres.
 
     Returns:
         (B, 2), (B, 2) and (B,), as of `Gaussians`.
     """
     mean, spread, turn = raw[..., :2], raw[..., 2:4], raw[..., 4]
-    return mean * scale_m, functional.softplus(spread) + FLOOR_M, _MOST_CORRELATED * turn.tanh()
+    sigma = functional.softplus(spread) * unit_m + FLOOR_M
+    return mean * unit_m + middle_m, sigma, _MOST_CORRELATED * turn.tanh()
 
 
 def negative_log_likelihood(found: Gaussians, positions: Tensor) -> Tensor:

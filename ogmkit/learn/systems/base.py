@@ -103,8 +103,13 @@ class System(LightningModule):
     def pictures(self, batch: Batch) -> tuple[Tensor, ...]:
         """Rows of panels that show predictions beside truth: (B, 3, h, w) each, 0 … 1."""
 
+    @property
+    def prepare_spec(self) -> SampleSpec | None:
+        """What `prepare` reads; None for a system that learns no statistics."""
+        return None
+
     def prepare(self, samples: DataLoader[Batch]) -> None:
-        """Learn fixed statistics from the training frames, read once, before the first step."""
+        """Learn fixed statistics from the training samples, read once, before the first step."""
 
     def training_step(self, batch: Batch, batch_idx: int) -> Tensor:
         """One step; whatever is random in it follows from seed, epoch and batch, however often resumed."""

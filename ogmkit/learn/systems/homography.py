@@ -50,6 +50,11 @@ class HomographySystem(System):
         del homography
         return SampleSpec(self.settings.image_size)
 
+    @property
+    def prepare_spec(self) -> SampleSpec:
+        """Homographies of images of this size."""
+        return self.spec
+
     def prepare(self, samples: DataLoader[Batch]) -> None:
         """Fix the factors of the head from the training frames."""
         batches = [(batch["bev_from_image"], batch["camera"]) for batch in samples]

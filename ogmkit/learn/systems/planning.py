@@ -6,6 +6,7 @@ from typing import ClassVar
 import torch
 from torch import Tensor
 from torch.nn import functional
+from torch.utils.data import DataLoader
 from torchmetrics import MeanMetric
 
 from ogmkit.grid import GridSpec
@@ -50,6 +51,17 @@ class PlannerSystem(System):
     def spec(self) -> SampleSpec:
         """What it predicts from; the trajectory comes with every sequence."""
         return self.prediction_spec(None)
+
+    @property
+    def prepare_spec(self) -> SampleSpec:
+        """Trajectories."""
+        return SampleSpec(trajectory=True)
+
+    def prepare(self, samples: DataLoader[Batch]) -> None:
+        """Learn the coordinates' means and spreads."""
+        batches = [(batch["positions"], batch["future"]) for batch in samples]
+        positions, future = (torch.cat(parts) for parts in zip(*batches, strict=True))
+        self.planner.fit(positions, future)
 
     def answer(self, batch: Batch) -> Answer:
         """`mean`, `sigma` and `rho` of the plan, beside what `observed` gives."""

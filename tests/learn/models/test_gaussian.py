@@ -34,7 +34,7 @@ def test_likelihood_is_that_of_torch_and_of_scipy(parameters, x, y):
 
 def test_likelihood_in_single_precision_is_as_good():
     torch.manual_seed(0)
-    mean, sigma, rho = gaussian_of(torch.randn(200, 5), 10.0)
+    mean, sigma, rho = gaussian_of(torch.randn(200, 5), torch.zeros(2), torch.full((2,), 10.0))
     found = Gaussians(mean[:, None], sigma[:, None], rho[:, None])
     points = (mean + torch.randn(200, 2) * sigma)[:, None]
     exact = negative_log_likelihood(Gaussians(*(value.double() for value in found)), points.double())
@@ -47,7 +47,7 @@ def test_likelihood_in_single_precision_is_as_good():
 )
 def test_extreme_answers_have_finite_likelihoods_and_gradients(size, signs):
     raw = (size * torch.tensor([signs], dtype=torch.float32)).requires_grad_()
-    mean, sigma, rho = gaussian_of(raw, 10.0)
+    mean, sigma, rho = gaussian_of(raw, torch.tensor([9.0, 0.1]), torch.tensor([7.0, 0.4]))
     assert float(sigma.detach().min()) >= 0.05
     assert float(rho.detach().abs().max()) < 1
     places = torch.tensor([[[-1e4, 1e4]]])
@@ -58,7 +58,8 @@ def test_extreme_answers_have_finite_likelihoods_and_gradients(size, signs):
 
 
 def test_parameters_by_hand():
-    mean, sigma, rho = gaussian_of(torch.tensor([[1.0, -0.5, 0.0, 2.0, 0.5]]), 10.0)
-    assert mean.tolist() == [[10.0, -5.0]]
-    assert sigma[0].tolist() == pytest.approx([np.log(2) + 0.05, np.log1p(np.exp(2.0)) + 0.05])
+    raw, middle_m, unit_m = torch.tensor([[1.0, -0.5, 0.0, 2.0, 0.5]]), torch.tensor([7.0, 1.0]), [10.0, 2.0]
+    mean, sigma, rho = gaussian_of(raw, middle_m, torch.tensor(unit_m))
+    assert mean.tolist() == [[17.0, 0.0]]
+    assert sigma[0].tolist() == pytest.approx([10 * np.log(2) + 0.05, 2 * np.log1p(np.exp(2.0)) + 0.05])
     assert float(rho) == pytest.approx(0.999 * np.tanh(0.5))

@@ -57,24 +57,27 @@ def by_hand(net, features, positions, destination):
         parts = ("weight_ih", "weight_hh", "bias_ih", "bias_hh")
         return [state[f"{name}.{part}{suffix}"] for part in parts]
 
+    parts = ("positions", "destination", "targets")
+    center, spread = ([state[f"of_{part}.{name}"] for part in parts] for name in ("mean", "spread"))
     features, positions, destination = features.double(), positions.double(), destination.double()
     hidden = cell = torch.zeros(len(destination), net.decoder.hidden_size, dtype=torch.float64)
     for t in range(6):
         embedded = [
             linear("embed_features.0", features[:, t]).relu(),
-            linear("embed_position.0", positions[:, t] / 10).relu(),
+            linear("embed_position.0", (positions[:, t] - center[0]) / spread[0]).relu(),
         ]
         hidden, cell = lstm_step(torch.cat(embedded, 1), hidden, cell, lstm("encoder", "_l0"))
-    r, angle = destination.norm(dim=1) / 10, torch.atan2(destination[:, 1], destination[:, 0])
+    r, angle = destination.norm(dim=1), torch.atan2(destination[:, 1], destination[:, 0])
+    r, angle = (r - center[1][0]) / spread[1][0], (angle - center[1][1]) / spread[1][1]
     estimate, means, sigmas, rhos = torch.zeros_like(destination), [], [], []
     for _ in range(5):
-        embedded = linear("embed_estimate.0", estimate / 10).relu()
+        embedded = linear("embed_estimate.0", (estimate - center[2]) / spread[2]).relu()
         hidden, cell = lstm_step(embedded, hidden, cell, lstm("decoder"))
         joined = torch.cat([hidden, r[:, None], angle[:, None]], 1)
         raw = linear("head.1", linear("head.0.0", joined).relu())
-        estimate = 10 * raw[:, :2]
+        estimate = raw[:, :2] * spread[2] + center[2]
         means.append(estimate)
-        sigmas.append(functional.softplus(raw[:, 2:4]) + 0.05)
+        sigmas.append(functional.softplus(raw[:, 2:4]) * spread[2] + 0.05)
         rhos.append(0.999 * raw[:, 4].tanh())
     return torch.stack(means, 1), torch.stack(sigmas, 1), torch.stack(rhos, 1)
 
@@ -82,11 +85,28 @@ def by_hand(net, features, positions, destination):
 def test_the_recurrence_is_the_papers():
     net = Planner(7, hidden=11).double()
     given_inputs = [value.double() for value in inputs()]
+    net.fit(given_inputs[1] + 2, torch.randn(3, 6, 2) * torch.tensor([8.0, 0.3]))
     found = net(*given_inputs)
     for ours, theirs in zip(found, by_hand(net, *given_inputs), strict=True):
         torch.testing.assert_close(ours, theirs, rtol=0, atol=1e-6)
     assert found.mean.shape == found.sigma.shape == (3, 5, 2)
     assert found.rho.shape == (3, 5)
+
+
+def test_coordinates_are_standardised_by_what_was_seen():
+    net = Planner(0)
+    positions, future = torch.rand(40, 6, 2), 5 + torch.randn(40, 6, 2)
+    future[:, :, 1] = 0.25  # nobody leaves his lane
+    net.fit(positions, future)
+    for standard, values in (
+        (net.of_positions, positions),
+        (net.of_targets, future[:, :5]),
+        (net.of_destination, polar(future[:, 5])),
+    ):
+        found = standard(values).reshape(-1, 2)
+        torch.testing.assert_close(found.mean(0), torch.zeros(2), atol=1e-4, rtol=0)
+        assert float(found.std(0).max()) < 1.1
+    assert net.of_targets.spread.tolist() == pytest.approx([float(future[:, :5, 0].std()), 1e-3], rel=0.02)
 
 
 def test_gradients_reach_every_weight():

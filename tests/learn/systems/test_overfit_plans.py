@@ -17,11 +17,18 @@ COMMON = {
     "encoder": "resnet18",
     "warp": "surface",
     "batch_size": 4,
+    "limit_frames": 4,
     "optimizer": "adamw",
-    "lr": 2e-3,
+    "lr": 4e-3,
     "schedule": "cosine",
     "checkpoint_every": 10_000,
 }
+
+
+@pytest.fixture(scope="module")
+def shards(tmp_path_factory, make_plan_shards):
+    """Scenes long enough that their sequences differ."""
+    return make_plan_shards(tmp_path_factory.mktemp("long"), 40)
 
 
 @pytest.mark.parametrize(
@@ -37,15 +44,15 @@ COMMON = {
         ("holistic-cv", 300, False),
     ],
 )
-def test_four_sequences_are_learnt_by_heart(tmp_path, plan_shards, system, epochs, no_past):
+def test_four_sequences_are_learnt_by_heart(tmp_path, shards, system, epochs, no_past):
     run = tmp_path / "run"
-    train(TrainSettings(system, **COMMON, epochs=epochs, no_past=no_past), plan_shards, run)
+    train(TrainSettings(system, **COMMON, epochs=epochs, no_past=no_past), shards, run)
     _, net = load_system(run / "last.ckpt")
-    index = index_sequences(plan_shards, ("scene-0001",), ("CAM_FRONT",), needs=net.spec)
+    index = index_sequences(shards, ("scene-0001",), ("CAM_FRONT",), needs=net.spec, limit=4)
     samples = SequenceDataset(index, net.spec)
     (batch,) = loader(samples, EpochBatches(4, 4, seed=0, shuffle=False), workers=0)
-    assert len(samples) == 4
-    assert float(batch["future"][:, 4].norm(dim=-1).max()) > 1  # somebody drives
+    last = batch["future"][:, 4]
+    assert float(torch.pdist(last).max()) > 2, last  # no one answer serves them all
     with torch.inference_mode():
         error_m = (net.predict(batch).plan.mean - batch["future"][:, :5]).norm(dim=-1)
     assert float(error_m[:, 4].max()) < 0.1, error_m
