@@ -7,16 +7,17 @@ METADATA := setup.cfg pyproject.toml
 PIP_FLAGS := --quiet --disable-pip-version-check
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test slow conformance conformance-env bench bench-learn
+.PHONY: help install demo test slow conformance conformance-env bench bench-learn bench-plan
 
 help:
 	@echo "make install      $(VENV) with the ogmkit command and what training needs"
-	@echo "make demo         shards, homographies, footprints, a small training and its table, under demo/"
+	@echo "make demo         the whole chain on fixtures/: shards, trainings, both tables and pictures, under demo/"
 	@echo "make test         linters, types, import contract and tests"
-	@echo "make slow         the long tests: four frames learnt by heart, masks of real size"
+	@echo "make slow         the long tests: four frames, four sequences learnt by heart, kills, masks of real size"
 	@echo "make conformance  ogmkit beside the official nuScenes devkit, in $(DEVKIT)"
 	@echo "make bench        the README's figures, measured side by side"
-	@echo "make bench-learn  every system trained on a synthetic world, one table; takes hours"
+	@echo "make bench-learn  every stage-1 system trained on a synthetic world, one table; takes hours"
+	@echo "make bench-plan   every planner likewise, the second table; takes hours"
 
 define new_environment
 @$(PYTHON) -c 'import sys; sys.exit(None if sys.version_info >= (3, 11) else "ogmkit needs Python 3.11 or newer, \
@@ -41,26 +42,15 @@ $(DEVKIT)/.installed: $(METADATA) conformance/requirements.txt conformance/const
 install: $(VENV)/.installed
 	@echo "$(VENV)/bin/ogmkit is installed; $(VENV)/bin/ogmkit --help lists its commands."
 
-# Small enough for two cores and a minute; DeepLab on ResNet-101 at 448x800 is the default.
-SMALL := --encoder resnet18 --image-size 96x160 --optimizer adamw --workers 0
-
 demo: $(VENV)/.installed
 	$(VENV)/bin/ogmkit check fixtures/nuscenes-synthetic
-	$(VENV)/bin/ogmkit extract fixtures/nuscenes-synthetic demo/shards --overwrite --workers 2
-	$(VENV)/bin/ogmkit homography-fit demo/shards --plot demo/homographies.png
-	$(VENV)/bin/ogmkit render-footprints demo/shards --scale 1
-	$(VENV)/bin/ogmkit render-footprints demo/shards --scale 1 --method full-body
+	$(VENV)/bin/ogmkit run examples/demo.yaml
 	$(VENV)/bin/ogmkit verify demo/shards
 	$(VENV)/bin/ogmkit inspect demo/shards
-	$(VENV)/bin/ogmkit preview demo/shards --out demo/pictures --view targets --view footprints --view stretch
-	$(VENV)/bin/ogmkit train homography demo/shards --out demo/runs/homography --overwrite $(SMALL) --epochs 8
-	$(VENV)/bin/ogmkit predict homography demo/shards --checkpoint demo/runs/homography --overwrite
-	$(VENV)/bin/ogmkit render-footprints demo/shards --homography network --scale 1 --overwrite
-	$(VENV)/bin/ogmkit train footprints demo/shards --out demo/runs/footprints --overwrite $(SMALL) --epochs 20
-	$(VENV)/bin/ogmkit evaluate demo/shards demo/runs/footprints --pictures demo/evaluation
+	$(VENV)/bin/ogmkit preview demo/shards --out demo/pictures/preview --view targets --view footprints --view stretch
 	@echo
-	@echo "Look at demo/pictures, demo/homographies.png and demo/evaluation; the shards they come from are"
-	@echo "demo/shards/*.h5, the trainings are in demo/runs. Twenty frames teach little: it shows the way, not the worth."
+	@echo "Look at demo/tables and demo/pictures; demo/manifest.json says what made what. Twenty frames teach little:"
+	@echo "it shows the way, not the worth."
 
 test: $(VENV)/.installed-dev
 	$(VENV)/bin/ruff check .
@@ -90,3 +80,6 @@ bench: $(VENV)/.installed $(DEVKIT)/.installed
 
 bench-learn: $(VENV)/.installed-dev
 	$(VENV)/bin/python benchmarks/perception.py
+
+bench-plan: $(VENV)/.installed-dev
+	$(VENV)/bin/python benchmarks/planning.py

@@ -93,9 +93,10 @@ def command(
 ) -> None:
     """Score trained networks by the paper's tables.
 
-    Grids by IoU, plans by displacement. SHARDS is a folder that `ogmkit extract` wrote; each RUN a folder that `ogmkit train` wrote, of which the
-    best checkpoint is taken, or a checkpoint. Runs that predict grids go to the first table, as do the rows
-    that need no RUN; planners to the second. Intervals come from resampling scenes.
+    Grids by IoU, plans by displacement. SHARDS is a folder that `ogmkit extract` wrote; each RUN a folder
+    that `ogmkit train` wrote, of which the best checkpoint is taken, or a checkpoint. Runs that predict grids
+    go to the first table, as do the rows that need no RUN; planners to the second. Intervals come from
+    resampling scenes.
 
     Grids: drivable area and vehicles; in camera view, where a system has one, and in BEV: full, close (up to
     50 m ahead, 10 m to each side) and far (over 50 m ahead); IoU of the foreground and its mean with the

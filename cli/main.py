@@ -20,7 +20,8 @@ COMMANDS = {
     "render-footprints": "Render drivable area and vehicles as camera-view masks.",
     "train": "Train a network on shards.",
     "predict": "Predict with a trained network.",
-    "evaluate": "Score trained networks by the paper's IoU table.",
+    "evaluate": "Score trained networks by the paper's tables.",
+    "run": "Make shards, networks and both tables in one go.",
     "export": "Export a trained network to ONNX.",
     "preview": "Draw contact sheets of extracted frames.",
 }

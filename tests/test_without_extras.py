@@ -77,10 +77,13 @@ def test_training_says_how_to_install_what_it_needs(folder, shards):
         ["train", "footprints", shards, "--out", folder / "run"],
         ["predict", "homography", shards, "--checkpoint", folder / "run"],
         ["predict", "footprints", shards, "--checkpoint", folder / "run", "--out", folder / "masks"],
+        ["predict", "plan", shards, "--checkpoint", folder / "run"],
+        ["run", folder / "chain.yaml"],
         ["evaluate", shards, folder / "run"],
         ["export", folder / "run", "--out", folder / "model.onnx"],
     ):
         (folder / "run").mkdir(exist_ok=True)
+        (folder / "chain.yaml").touch()
         result = run(*arguments)
         assert result.returncode == 1
         assert result.stderr.count("\n") == 1

@@ -2,13 +2,13 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import yaml
 
 from ogmkit.errors import CheckpointError, OutputError
 from ogmkit.learn.settings import TrainSettings
-from ogmkit.shards.atomic import output_errors, replacing, write_json
+from ogmkit.shards.atomic import is_part, output_errors, replacing, write_json
 from ogmkit.shards.settings import differences
 
 LAST, BEST = "last.ckpt", "best.ckpt"
@@ -22,8 +22,15 @@ TENSORBOARD = "tensorboard"
 _MAX_BYTES = 1 << 20
 
 
-def as_yaml(settings: TrainSettings) -> str:
-    """The settings as a YAML file has them."""
+class Plain(Protocol):
+    """What can be told in plain JSON values."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Those values."""
+
+
+def as_yaml(settings: Plain) -> str:
+    """Settings as a YAML file has them."""
     text: str = yaml.safe_dump(settings.to_dict(), sort_keys=False, allow_unicode=True)
     return text
 
@@ -68,7 +75,8 @@ def open_folder(
     """
     with output_errors(run):
         run.mkdir(parents=True, exist_ok=True)
-        names = {path.name for path in run.iterdir()}
+        # A kill at the wrong moment leaves these two of a training that had just begun.
+        names = {path.name for path in run.iterdir() if not is_part(path)} - {TENSORBOARD}
     if names and CONFIG not in names:
         raise OutputError(f"{run}: is not empty, and no training made it; choose another --out")
     if names and not overwrite:

@@ -172,3 +172,10 @@ def test_wrong_input_is_named_before_anything_is_written(tmp_path, learn_shards,
     with pytest.raises(error, match=message):
         train(settings(system, **more), learn_shards, tmp_path / "run")
     assert not (tmp_path / "run").exists()
+
+
+def test_what_a_kill_left_of_a_training_that_had_just_begun_is_no_obstacle(tmp_path, learn_shards):
+    run = tmp_path / "run"
+    (run / "tensorboard").mkdir(parents=True)
+    (run / ".config.yaml.77.part").write_text("system: homo")
+    assert train(settings(epochs=1, max_steps=1), learn_shards, run).steps == 1

@@ -1,0 +1,122 @@
+"""`ogmkit run`: the whole chain."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from .progress import progress
+from .text import one_line, text_table, with_number
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from ogmkit.evaluation.planning.result import PlanEvaluation
+    from ogmkit.evaluation.result import Evaluation
+    from ogmkit.workflow.chain import ChainSummary
+    from ogmkit.workflow.config import Config
+    from ogmkit.workflow.engine import StepReport
+
+ACTIONS = {"skip": "is there", "start": "to be done", "go on": "to go on", "overwrite": "to be done anew"}
+
+
+@click.command()
+@click.argument("config", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.option(
+    "--plan", "planning", is_flag=True, help="Say which steps would be done, and why; write nothing."
+)
+def command(config: Path, planning: bool) -> None:
+    """Make shards, networks and both tables in one go.
+
+    CONFIG is a YAML file: the dataset (`data`), a folder for everything (`out`), and settings of the steps by
+    the names that the single commands give them; see examples/ in the repository. The steps: extract,
+    homography-fit, train and predict homography, render-footprints, train footprints, baselines and planners,
+    evaluate. OUT gets shards/, runs/, tables/, pictures/, config.yaml and manifest.json, which says what made
+    what.
+
+    A step that is up to date is skipped; a changed setting does anew what depends on it, and nothing else.
+    Cut short at any moment, the same command goes on, and ends with the same tables.
+    """
+    from .extras import require_train
+
+    require_train()
+    from ogmkit.workflow.reading import read_config
+
+    chosen = read_config(config)
+    if planning:
+        _show_plan(chosen)
+        return
+    from ogmkit.workflow.chain import run_chain
+
+    with ExitStack() as stack:
+        display = _Display(stack)
+        summary = run_chain(
+            chosen, writers=_writers(), on_step=display.on_step, on_progress=display.on_progress
+        )
+    _show(chosen, summary)
+
+
+class _Display:
+    """A line on stderr for each step; while one is under way, a bar.
+
+    Args:
+        stack: closes the bar, whatever ends the run.
+    """
+
+    def __init__(self, stack: ExitStack) -> None:
+        self._stack = stack
+        self._advance: Callable[[int, int], None] | None = None
+
+    def on_step(self, report: StepReport) -> None:
+        """Tell of a step."""
+        if report.state == "begun":
+            self._advance = self._stack.enter_context(progress(None, "", report.name))
+            return
+        self._stack.close()
+        took = "up to date" if report.state == "skipped" else f"{report.seconds:.1f} s"
+        detail = f"; {report.detail}" if report.detail else ""
+        number = f"{report.number:>{len(str(report.total))}}/{report.total}"
+        click.echo(one_line(f"{number} {report.name}: {took}{detail}"), err=True)
+
+    def on_progress(self, done: int, total: int) -> None:
+        """Move the bar."""
+        if self._advance is not None:
+            self._advance(done, total)
+
+
+def _writers() -> dict[str, Callable[[Evaluation | PlanEvaluation], str]]:
+    """Tables as this command prints them, kept beside those in other formats."""
+    from ogmkit.evaluation.formats import report_of
+
+    from .evaluate_text import report_text
+
+    return {"txt": lambda evaluation: report_text(report_of(evaluation))}
+
+
+def _show_plan(config: Config) -> None:
+    from ogmkit.workflow.chain import left_runs, plan_chain
+
+    steps = plan_chain(config, _writers())
+    rows = [(step.name, ACTIONS[step.action], one_line(step.reason)) for step in steps]
+    click.echo(text_table(("step", "state", "why"), rows))
+    _show_left(left_runs(config))
+
+
+def _show(config: Config, summary: ChainSummary) -> None:
+    """The tables, and where everything is."""
+    for path in summary.tables:
+        if path.suffix == ".txt":
+            click.echo(path.read_text(encoding="utf-8"))
+    _show_left(summary.left)
+    pictures = with_number(len(summary.pictures), "picture")
+    click.echo(
+        f"{config.out}: tables/, pictures/ ({pictures}), runs/, shards/; manifest.json says what made what"
+    )
+
+
+def _show_left(left: Sequence[Path]) -> None:
+    for path in left:
+        click.echo(f"{path}: not in the configuration; left as it is, and not evaluated")

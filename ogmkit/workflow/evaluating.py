@@ -1,0 +1,190 @@
+"""Steps that score what was trained: tables in several formats, and pictures."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from ogmkit.evaluation import formats
+from ogmkit.evaluation.evaluate import evaluate
+from ogmkit.evaluation.planning.evaluate import evaluate_plans
+from ogmkit.evaluation.planning.result import PlanEvaluation
+from ogmkit.evaluation.result import Evaluation
+from ogmkit.pictures.evaluation_sheet import draw_evaluation
+from ogmkit.pictures.planning_sheet import draw_plans
+from ogmkit.shards.atomic import output_errors, remove_parts, replacing
+from ogmkit.workflow import steps
+from ogmkit.workflow.config import Config
+from ogmkit.workflow.steps import Call, Made, first_gone
+
+Write = Callable[[Evaluation | PlanEvaluation], str]
+
+WRITERS: Mapping[str, Write] = {
+    "md": formats.as_markdown,
+    "csv": formats.as_csv,
+    "json": formats.as_json,
+    "tex": formats.as_latex,
+}
+"""Ending of a table's file → what writes it."""
+
+
+@dataclass(frozen=True)
+class EvaluatePerception:
+    """The first table: occupancy grids.
+
+    Attributes:
+        config: the whole configuration.
+        writers: ending of a table's file → what writes it.
+    """
+
+    config: Config
+    writers: Mapping[str, Write]
+
+    @property
+    def name(self) -> str:
+        """The command and the table."""
+        return steps.PERCEPTION
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """Shards, all homographies in them, the networks, and the masks that they are compared with."""
+        grids = self.config.grids
+        sets = (one.settings.masks for one in grids)
+        return (
+            steps.EXTRACT,
+            *dict.fromkeys(steps.maker_of(source) for source in self.config.homographies),
+            *dict.fromkeys(steps.rendering(name) for name in sets if name is not None),
+            *(steps.training(one.name) for one in grids),
+        )
+
+    @property
+    def settings(self) -> Mapping[str, Any]:
+        """What is scored, and how."""
+        return {"runs": [one.name for one in self.config.grids], **asdict(self.config.evaluate)}
+
+    @property
+    def exact(self) -> bool:
+        """The table follows from shards and networks."""
+        return True
+
+    def missing(self, files: Sequence[str]) -> str:
+        """A table or picture."""
+        return first_gone(self.config.out, (*_tables(self.name, self.writers), *files))
+
+    def run(self, call: Call) -> Made:
+        """Score, write and draw."""
+        config, settings = self.config, self.config.evaluate
+        evaluation = evaluate(
+            config.shards,
+            [config.run_folder(one.name) for one in config.grids],
+            split=settings.split,
+            homography=settings.homography,
+            threshold=settings.threshold,
+            scale=settings.scale,
+            batch_size=settings.batch_size,
+            workers=config.readers,
+            limit=settings.limit,
+            samples=settings.samples,
+            on_progress=call.advance,
+        )
+        files = _written(config.out, self.name, evaluation, self.writers)
+        pictures = _made(config.out / "pictures" / _topic(self.name))
+        drawn = draw_evaluation(config.shards, evaluation, pictures) if settings.samples else ()
+        return Made((*files, *_relative(config.out, drawn)), note=f"{evaluation.frames} frames")
+
+
+@dataclass(frozen=True)
+class EvaluatePlanning:
+    """The second table: plans.
+
+    Attributes:
+        config: the whole configuration.
+        writers: ending of a table's file → what writes it.
+    """
+
+    config: Config
+    writers: Mapping[str, Write]
+
+    @property
+    def name(self) -> str:
+        """The command and the table."""
+        return steps.PLANNING
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """Shards, the homographies that planners warp by, and the planners."""
+        planners = self.config.planners
+        sources = (one.settings.warp for one in planners if one.settings.system == "holistic")
+        return (
+            steps.EXTRACT,
+            *dict.fromkeys(map(steps.maker_of, sources)),
+            *(steps.training(one.name) for one in planners),
+        )
+
+    @property
+    def settings(self) -> Mapping[str, Any]:
+        """What is scored, and how."""
+        settings = asdict(self.config.evaluate)
+        kept = ("split", "batch_size", "limit", "samples")
+        return {"runs": [one.name for one in self.config.planners], **{name: settings[name] for name in kept}}
+
+    @property
+    def exact(self) -> bool:
+        """The table follows from shards and networks."""
+        return True
+
+    def missing(self, files: Sequence[str]) -> str:
+        """A table or picture."""
+        return first_gone(self.config.out, (*_tables(self.name, self.writers), *files))
+
+    def run(self, call: Call) -> Made:
+        """Score, write and draw; masks are warped by what each planner was trained with."""
+        config, settings = self.config, self.config.evaluate
+        evaluation = evaluate_plans(
+            config.shards,
+            [config.run_folder(one.name) for one in config.planners],
+            split=settings.split,
+            batch_size=settings.batch_size,
+            workers=config.readers,
+            limit=settings.limit,
+            samples=settings.samples,
+            on_progress=call.advance,
+        )
+        files = _written(config.out, self.name, evaluation, self.writers)
+        pictures = _made(config.out / "pictures" / _topic(self.name))
+        drawn = draw_plans(config.shards, evaluation, pictures) if settings.samples else ()
+        return Made((*files, *_relative(config.out, drawn)), note=f"{evaluation.sequences} sequences")
+
+
+def _topic(name: str) -> str:
+    """What a step's files are called."""
+    return name.removeprefix("evaluate ")
+
+
+def _tables(name: str, writers: Mapping[str, Write]) -> tuple[str, ...]:
+    """The files of a step's table."""
+    return tuple(f"tables/{_topic(name)}.{ending}" for ending in writers)
+
+
+def _written(
+    out: Path, name: str, evaluation: Evaluation | PlanEvaluation, writers: Mapping[str, Write]
+) -> tuple[str, ...]:
+    """Write the table in all formats."""
+    files = _tables(name, writers)
+    _made(out / "tables")
+    for file, write in zip(files, writers.values(), strict=True):
+        with replacing(out / file) as part:
+            part.write_text(write(evaluation), encoding="utf-8")
+    return files
+
+
+def _made(folder: Path) -> Path:
+    """A folder for results, rid of what a killed call was writing."""
+    with output_errors(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        remove_parts(folder)
+    return folder
+
+
+def _relative(out: Path, paths: Sequence[Path]) -> tuple[str, ...]:
+    return tuple(path.relative_to(out).as_posix() for path in paths)

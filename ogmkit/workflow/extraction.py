@@ -1,0 +1,126 @@
+"""The first step: the shards of a dataset."""
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Self
+
+from ogmkit.nuscenes.dataset import Dataset
+from ogmkit.nuscenes.splits import SPLITS_FILE, read_split_file
+from ogmkit.nuscenes.tables import find_version
+from ogmkit.pipeline.extract import extract
+from ogmkit.pipeline.selection import select_scenes
+from ogmkit.shards.atomic import output_errors
+from ogmkit.shards.manifest import AMENDING, MARKER, NAME, file_sha256, read_manifest
+from ogmkit.workflow.config import Config, Source
+from ogmkit.workflow.steps import EXTRACT, Call, Made, first_gone
+
+_DIGITS = 16
+"""Of the dataset's checksum: a change is to be noticed, not an attack."""
+
+
+@dataclass(frozen=True)
+class Extract:
+    """The shards of a dataset.
+
+    Attributes:
+        config: the whole configuration.
+        version: folder of the tables.
+        checksum: of all that the dataset says, without images and LiDAR.
+    """
+
+    config: Config
+    version: str
+    checksum: str
+
+    @classmethod
+    def of(cls, config: Config) -> Self:
+        """The step, once the dataset's tables have been read through.
+
+        Raises:
+            TableError, SettingsError: there is no such dataset, version or split file.
+        """
+        version = find_version(config.source.data, config.source.version)
+        return cls(config, version, _checksum(config.source, version))
+
+    @property
+    def name(self) -> str:
+        """The command."""
+        return EXTRACT
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """Nothing: it is the first."""
+        return ()
+
+    @property
+    def settings(self) -> Mapping[str, Any]:
+        """What is extracted from which scenes."""
+        source = self.config.source
+        chosen = {"scenes": list(source.scenes), "splits": list(source.splits)}
+        version = {"version": self.version, "dataset": self.checksum}
+        extracted = self.config.extract.to_dict()
+        if extracted["images"] == "reference":  # then the shards are of that place
+            version["data"] = str(source.data.resolve())
+        return {**version, **chosen, **extracted}
+
+    @property
+    def exact(self) -> bool:
+        """Shards follow from the dataset."""
+        return True
+
+    def missing(self, files: Sequence[str]) -> str:
+        """The manifest or a shard."""
+        return first_gone(self.config.out, files)
+
+    def run(self, call: Call) -> Made:
+        """Extract; shards of other settings go first, since one folder can't hold both.
+
+        Raises:
+            OgmkitError: a scene failed; the others are there.
+        """
+        config, source = self.config, self.config.source
+        if call.overwrite:
+            _remove_shards(config.shards)
+            call.let_go()
+        with Dataset(source.data, self.version) as dataset:
+            summary = extract(
+                dataset,
+                config.shards,
+                config.extract,
+                scenes=select_scenes(dataset, source.scenes, source.splits, source.split_file),
+                splits=dataset.splits(source.split_file),
+                workers=config.workers,
+                on_progress=call.advance,
+            )
+        if summary.failures:
+            first, scenes = summary.failures[0], summary.scenes + len(summary.failures)
+            raise type(first.error)(
+                f"{len(summary.failures)} of {scenes} scenes failed, first {first.scene}: {first.error}"
+            )
+        files = [NAME, *(entry.file for entry in read_manifest(config.shards).shards)]
+        return Made(
+            tuple(f"{config.shards.name}/{file}" for file in files),
+            note=f"{summary.scenes} scenes, {summary.frames} frames",
+        )
+
+
+def _checksum(source: Source, version: str) -> str:
+    """Of tables, maps and splits, by their content: a copy of the dataset is the same dataset."""
+    root = source.data
+    files = [*sorted((root / version).glob("*.json")), *sorted((root / "maps").glob("*.png"))]
+    if (root / SPLITS_FILE).exists():
+        files.append(root / SPLITS_FILE)
+    contents: list[Any] = [[str(path.relative_to(root)), file_sha256(path)] for path in files]
+    if source.split_file is not None:
+        contents.append(read_split_file(source.split_file))
+    return hashlib.sha256(json.dumps(contents).encode()).hexdigest()[:_DIGITS]
+
+
+def _remove_shards(shards: Path) -> None:
+    """Remove what an extraction wrote, and nothing else."""
+    with output_errors(shards):
+        for path in (*shards.glob("*.h5"), *(shards / name for name in (NAME, MARKER, AMENDING))):
+            path.unlink(missing_ok=True)

@@ -1,0 +1,120 @@
+"""Steps that train a network."""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ogmkit.learn.settings import HOLISTIC, TrainSettings
+from ogmkit.shards.atomic import output_errors, remove_parts
+from ogmkit.shards.manifest import file_sha256
+from ogmkit.workflow.config import ELSEWHERE, FOOTPRINTS, HOMOGRAPHY, Config, Training
+from ogmkit.workflow.steps import EXTRACT, Call, Made, first_gone, maker_of, rendering, training
+
+_HOW = {"workers", "checkpoint_every", *ELSEWHERE}
+"""Settings that don't decide what comes out."""
+
+
+@dataclass(frozen=True)
+class Train:
+    """One training.
+
+    Attributes:
+        config: the whole configuration.
+        training: which.
+    """
+
+    config: Config
+    training: Training
+
+    @property
+    def name(self) -> str:
+        """The command and the RUN."""
+        return training(self.training.name)
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """Shards, and of what is added to them or trained before, what the system learns from."""
+        settings, found = self.training.settings, [EXTRACT]
+        if settings.system == HOMOGRAPHY or settings.bev_loss:
+            found.append(maker_of(settings.target))
+        if settings.masks is not None and settings.system in (FOOTPRINTS, *HOLISTIC):
+            found.append(rendering(settings.masks))
+        if settings.system == "holistic":
+            found.append(maker_of(settings.warp))
+        if self._begins_with_another:
+            found.append(training(str(settings.perception)))
+        return tuple(dict.fromkeys(found))
+
+    @property
+    def settings(self) -> Mapping[str, Any]:
+        """The training's; of weights that come from elsewhere, their checksum."""
+        settings = self.training.settings
+        values = {name: value for name, value in settings.to_dict().items() if name not in _HOW}
+        weights = settings.encoder_weights
+        if weights is not None and Path(weights).is_file():
+            values["encoder_weights"] = file_sha256(Path(weights))
+        if settings.perception is not None and not self._begins_with_another:
+            from ogmkit.learn.checkpoints import checkpoint_file  # noqa: PLC0415  # torch
+
+            values["perception"] = file_sha256(checkpoint_file(Path(settings.perception)))
+        return values
+
+    @property
+    def exact(self) -> bool:
+        """Not on every machine: the checkpoint tells one training from another."""
+        return False
+
+    def missing(self, files: Sequence[str]) -> str:
+        """The checkpoint that others take; it stands first."""
+        return first_gone(self.config.out, files[:1])
+
+    def run(self, call: Call) -> Made:
+        """Train, or go on."""
+        from ogmkit.learn.checkpoints import checkpoint_file  # noqa: PLC0415  # torch
+        from ogmkit.learn.training import train  # noqa: PLC0415  # torch
+
+        run, begun = self.config.run_folder(self.training.name), False
+
+        def advance(done: int, total: int) -> None:
+            nonlocal begun
+            if call.overwrite and not begun:
+                call.let_go()  # the folder was cleared before the first step
+            begun = True
+            call.advance(done, total)
+
+        if run.is_dir():
+            with output_errors(run):
+                remove_parts(run)  # of checkpoints, which a killed call was writing
+        summary = train(
+            self._settings(), self.config.shards, run, overwrite=call.overwrite, on_progress=advance
+        )
+        best = checkpoint_file(run)
+        note = "" if summary is None else f"{summary.steps} steps"
+        if summary is not None and summary.score is not None:
+            note += f", best {summary.score_name} {summary.score:.4g}"
+        return Made(self._files(best), note=note, identity=file_sha256(best))
+
+    @property
+    def _begins_with_another(self) -> bool:
+        """Whether the perception is a training of this configuration."""
+        return self.training.settings.perception in {one.name for one in self.config.grids}
+
+    def _settings(self) -> TrainSettings:
+        """With the place of the perception instead of its name."""
+        settings = self.training.settings
+        if not self._begins_with_another:
+            return settings
+        return dataclasses.replace(settings, perception=str(self.config.run_folder(str(settings.perception))))
+
+    def _files(self, best: Path) -> tuple[str, ...]:
+        """What the training wrote, its best checkpoint first."""
+        from ogmkit.learn import runs  # noqa: PLC0415  # YAML
+
+        run = self.config.run_folder(self.training.name)
+        names = (runs.BEST, runs.LAST, runs.CONFIG, runs.SPLITS, runs.METRICS, runs.SAMPLES)
+        named = (run / name for name in names)
+        others = (*named, *sorted((run / runs.TENSORBOARD).glob("*")))
+        paths = (best, *(path for path in others if path != best and path.is_file()))
+        return tuple(path.relative_to(self.config.out).as_posix() for path in paths)

@@ -1,0 +1,173 @@
+"""The trainings that the file of a run asks for."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from ogmkit.errors import SettingsError
+from ogmkit.learn.choices import NETWORK, SURFACE
+from ogmkit.learn.settings import HOLISTIC, PLANNERS, SYSTEMS, TrainSettings
+from ogmkit.nuscenes.names import unknown
+from ogmkit.shards.additions import require_name
+from ogmkit.workflow.config import ELSEWHERE, FOOTPRINTS, HOMOGRAPHY, Config, Training
+from ogmkit.workflow.values import built, field_names, mapping, require_known
+
+_SETTINGS = tuple(name for name in field_names(TrainSettings) if name not in {"system", *ELSEWHERE})
+_BASELINES = tuple(system for system in SYSTEMS if system not in (HOMOGRAPHY, *PLANNERS))
+
+
+def read_trainings(config: Config, values: Mapping[str, Any], path: Path) -> Config:
+    """Add the trainings to a configuration that has everything else.
+
+    Args:
+        config: without trainings.
+        values: the file's content.
+        path: its place.
+
+    Raises:
+        SettingsError: a system or setting is unknown or out of range, two trainings have one name, or one
+            needs what nothing makes.
+    """
+    everywhere = f"{path}: train"
+    common = mapping(values.get("train"), everywhere)
+    _require_settings(common, everywhere)
+    reader = _Reader(values, path, {"workers": config.readers}, common)
+    if HOMOGRAPHY in values:  # decides what the others learn from
+        config = replace(config, homography=reader.single(HOMOGRAPHY, {}))
+    chosen = SURFACE if config.homography is None else NETWORK
+    if FOOTPRINTS in values:
+        config = replace(config, footprints=reader.single(FOOTPRINTS, {"masks": chosen}))
+    config = replace(config, baselines=tuple(reader.listed("baselines", _BASELINES, {"masks": chosen})))
+    perception = None if config.footprints is None else FOOTPRINTS
+    seeing = {"masks": chosen, "warp": chosen, "perception": perception}
+    planners = reader.listed("planners", PLANNERS, seeing)
+    config = replace(config, planners=tuple(_placed(config, one, path) for one in planners))
+    _require_distinct(config, path)
+    for training in config.trainings:
+        _require_made(config, training, f"{path}: {training.name}")
+        _require_same_encoder(config, training, f"{path}: {training.name}")
+    return config
+
+
+@dataclass(frozen=True)
+class _Reader:
+    """Makes trainings of the file's entries.
+
+    Attributes:
+        values: the file's content.
+        path: its place.
+        defaults: of all trainings, whatever the file says.
+        common: what it says of all of them.
+    """
+
+    values: Mapping[str, Any]
+    path: Path
+    defaults: Mapping[str, Any]
+    common: Mapping[str, Any]
+
+    def single(self, system: str, defaults: Mapping[str, Any]) -> Training:
+        """The training that a section of its own describes."""
+        where = f"{self.path}: {system}"
+        return self._training(system, system, mapping(self.values[system], where), where, defaults)
+
+    def listed(self, name: str, systems: Sequence[str], defaults: Mapping[str, Any]) -> Iterator[Training]:
+        """The trainings of a list: names of systems, or settings with `system` and perhaps `name`.
+
+        Args:
+            name: the list's.
+            systems: that may stand there.
+            defaults: of settings, where the system has a network for footprints.
+        """
+        entries = self.values.get(name) or []
+        if not isinstance(entries, list):
+            raise SettingsError(f"{self.path}: {name}: is no list of systems")
+        for number, entry in enumerate(entries, 1):
+            where = f"{self.path}: {name}: {number}"
+            values = {"system": entry} if isinstance(entry, str) else mapping(entry, where)
+            system = str(values.pop("system", None))
+            if system not in systems:
+                raise SettingsError(f"{where}: {unknown('system', system, systems)}")
+            run = str(values.pop("name", None) or _default_name(system, values))
+            fitting = defaults if system in (FOOTPRINTS, *HOLISTIC) else {}
+            yield self._training(run, system, values, f"{self.path}: {name}: {run}", fitting)
+
+    def _training(
+        self, name: str, system: str, values: Mapping[str, Any], where: str, defaults: Mapping[str, Any]
+    ) -> Training:
+        _require_settings(values, where)
+        chosen = {"system": system, **self.defaults, **defaults, **self.common, **values}
+        weights = chosen.get("encoder_weights")
+        if isinstance(weights, str) and (self.path.parent / weights).is_file():
+            chosen["encoder_weights"] = str((self.path.parent / weights).resolve())
+        settings = built(TrainSettings, chosen, where)
+        try:
+            require_name(name)
+        except SettingsError as error:
+            raise SettingsError(f"{where}: {error}") from error
+        return Training(name, settings)
+
+
+def _require_settings(values: Mapping[str, Any], where: str) -> None:
+    for name, instead in ELSEWHERE.items():
+        if name in values:
+            raise SettingsError(f"{where}: {name}: {instead}")
+    require_known(values, _SETTINGS, where)
+
+
+def _default_name(system: str, values: Mapping[str, Any]) -> str:
+    if system == FOOTPRINTS and values.get("masks") is not None:
+        return f"{system}-{values['masks']}"
+    return f"{system}-np" if values.get("no_past") is True else system
+
+
+def _placed(config: Config, training: Training, path: Path) -> Training:
+    """The training with a perception that is one of the file's trainings, or a place relative to the file."""
+    perception = training.settings.perception
+    known = [one.name for one in config.grids if one.settings.system == FOOTPRINTS]
+    if perception is None or perception in known:
+        return training
+    place = (path.parent / perception).resolve()
+    if not place.exists():
+        raise SettingsError(
+            f"{path}: {training.name}: perception: {perception!r} is neither a training of footprints here "
+            f"(there are: {', '.join(known) or 'none'}) nor a path of one"
+        )
+    return replace(training, settings=replace(training.settings, perception=str(place)))
+
+
+def _require_distinct(config: Config, path: Path) -> None:
+    names = [training.name for training in config.trainings]
+    for name in names:
+        if names.count(name) > 1:
+            raise SettingsError(f"{path}: two trainings are called {name}; give one another `name`")
+
+
+def _require_made(config: Config, training: Training, where: str) -> None:
+    """Refuse what learns from homographies or masks that the run doesn't make."""
+    settings, wanted = training.settings, []
+    if settings.system == HOMOGRAPHY or settings.bev_loss:
+        wanted.append(("target", settings.target, config.methods))
+    if settings.system == "holistic":
+        wanted.append(("warp", settings.warp, config.homographies))
+    for name, source, known in wanted:
+        if source not in known:
+            raise SettingsError(
+                f"{where}: {name}: nothing makes homographies {source!r}; there are: {', '.join(known)}; "
+                "homography_fit: methods adds some"
+            )
+    if settings.masks is not None:
+        try:
+            config.footprint_set(settings.masks)
+        except SettingsError as error:
+            raise SettingsError(f"{where}: masks: {error}") from error
+
+
+def _require_same_encoder(config: Config, training: Training, where: str) -> None:
+    """Refuse a perception whose weights won't fit, before days have gone into it."""
+    perception, encoder = training.settings.perception, training.settings.encoder
+    for one in config.grids:
+        if one.name == perception and one.settings.encoder != encoder:
+            raise SettingsError(
+                f"{where}: encoder: {encoder} can't begin with {one.name}, which has {one.settings.encoder}"
+            )

@@ -1,0 +1,188 @@
+"""`ogmkit run`: what it shows, how it fails, and that a kill changes nothing."""
+
+import os
+import random
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from ogmkit_cli.main import main
+
+from ogmkit.shards.manifest import read_manifest
+
+pytest.importorskip("torch", reason="torch is not installed: pip install 'ogmkit[train]'")
+
+OGMKIT = Path(sys.executable).with_name("ogmkit")
+FILE = """
+data: {data}
+out: out
+extract: {{grid: {{m_per_cell: 0.5, rows: 80, columns: 60, ego_column: 34}}}}
+homography_fit: {{methods: [surface]}}
+render_footprints: {{scale: 1, sets: [surface]}}
+train: {{encoder: resnet18, image_size: [64, 96], batch_size: 2, limit_frames: 4, max_steps: {steps}}}
+{trained}
+evaluate: {{samples: 1}}
+"""
+ALL = """
+homography: {head: four-point}
+footprints: {colour: 0.3, optimizer: adamw, checkpoint_every: 2}
+baselines: [{system: footprints, masks: full-body}]
+planners: [{system: lstm-ed, lr: 1e-2}, {system: mid-to-end, no_past: true}, {system: holistic, pool: [8, 6]}]
+"""
+
+
+@pytest.fixture(scope="module")
+def world(plan_shards):
+    return read_manifest(plan_shards).dataroot
+
+
+@pytest.fixture
+def write(world, tmp_path, monkeypatch):
+    """Write the file and go to its folder: `write(trained, steps)`."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+
+    def write(trained, steps=1):
+        Path("chain.yaml").write_text(FILE.format(data=world, steps=steps, trained=trained))
+
+    return write
+
+
+def run(*arguments):
+    return CliRunner().invoke(main, ["run", "chain.yaml", *arguments])
+
+
+def test_a_line_for_each_step_then_the_tables_and_where_things_are(write):
+    write("planners: [lstm-ed]", steps=2)
+    first = run()
+    assert first.exit_code == 0, first.stderr
+    lines = first.stderr.splitlines()
+    patterns = [
+        r"1/5 extract: [\d.]+ s; 2 scenes, 32 frames",
+        r"2/5 homography-fit: [\d.]+ s; 2 shards",
+        r"3/5 render-footprints surface: [\d.]+ s; 32 frames",
+        r"4/5 train lstm-ed: [\d.]+ s; 2 steps, best ade \S+",
+        r"5/5 evaluate planning: [\d.]+ s; 4 sequences",
+    ]
+    assert len(lines) == len(patterns)
+    for line, pattern in zip(lines, patterns, strict=True):
+        assert re.fullmatch(pattern, line), line
+    assert first.stdout.startswith(Path("out/tables/planning.txt").read_text())
+    assert "constant-velocity" in first.stdout
+    assert first.stdout.splitlines()[-1].startswith("out: tables/, pictures/ (2 pictures)")
+    again = run()
+    assert again.stdout == first.stdout
+    assert re.findall(r"\d/5 (.+): up to date", again.stderr) == [
+        *("extract", "homography-fit", "render-footprints surface", "train lstm-ed", "evaluate planning")
+    ]
+
+
+def test_a_plan_says_what_would_be_done_and_why(write):
+    write("planners: [lstm-ed, {system: lstm-ed, name: second}]")
+    fresh = run("--plan")
+    assert (fresh.exit_code, fresh.stderr) == (0, "")
+    assert re.findall(r"^(train \S+) +to be done +not done yet", fresh.stdout, re.MULTILINE) == [
+        "train lstm-ed",
+        "train second",
+    ]
+    assert not Path("out").exists()
+    assert run().exit_code == 0
+    write("planners: [{system: lstm-ed, lr: 1e-2}]")
+    changed = run("--plan").stdout
+    assert re.search(r"^extract +is there$", changed, re.MULTILINE)
+    assert "to be done anew  lr is 0.01 here but 0.001 there" in changed
+    assert "out/runs/second: not in the configuration; left as it is, and not evaluated" in changed
+    assert Path("out/tables/planning.txt").read_text().count("second") > 1
+
+
+@pytest.mark.parametrize(
+    ("trained", "message"),
+    [
+        ("planners: [lstm]", "chain.yaml: planners: 1: unknown system 'lstm'; did you mean lstm-ed?"),
+        ("planers: [lstm-ed]", "chain.yaml: unknown setting 'planers'; did you mean planners?"),
+        ("planners: [lstm-ed", "chain.yaml: is no YAML"),
+        ("homography: {lr: 1e3, epochs: 9}", "train homography: the loss is not finite"),
+        ("planners: [{system: lstm-ed, val_split: test}]", "train lstm-ed: split 'test' has no scene"),
+    ],
+)
+def test_bad_input_takes_one_line(write, trained, message):
+    write(trained, steps=9)
+    result = run()
+    assert (result.exit_code, result.stdout) == (1, "")
+    line = result.stderr.splitlines()[-1]
+    assert line.startswith("ogmkit: error: ")
+    assert message in line
+    assert all(re.match(r"[\s\d]+/", one) for one in result.stderr.splitlines()[:-1])
+
+
+def test_needs_the_extra_train(write, monkeypatch):
+    write("planners: [lstm-ed]")
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    result = run()
+    assert result.exit_code == 1
+    assert "pip install 'ogmkit[train]'" in result.stderr
+
+
+def start(folder):
+    """The command in a process group of its own."""
+    return subprocess.Popen(
+        [OGMKIT, "run", "chain.yaml"],
+        cwd=folder,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        start_new_session=True,
+        env=os.environ | {"OMP_NUM_THREADS": "1"},
+    )
+
+
+def finish(process):
+    _, errors = process.communicate(timeout=600)
+    return process.returncode, errors.decode()
+
+
+def test_ctrl_c_ends_cleanly_and_the_same_command_goes_on(write, tmp_path):
+    write("planners: [{system: lstm-ed, epochs: 100000}]", steps=100_000)
+    process = start(tmp_path)
+    while not Path("out/runs/lstm-ed/best.ckpt").exists() and process.poll() is None:
+        time.sleep(0.02)
+    process.send_signal(signal.SIGINT)
+    code, errors = finish(process)
+    assert (code, errors.splitlines()[-1]) == (130, "ogmkit: interrupted")
+    plan = run("--plan").stdout
+    assert re.search(r"^train lstm-ed +to go on +was cut short$", plan, re.MULTILINE)
+    assert Path("out/runs/lstm-ed/last.ckpt").exists()
+
+
+@pytest.mark.slow
+def test_killed_at_five_random_moments_it_ends_with_the_same_tables(write, tmp_path, monkeypatch):
+    folders = [tmp_path / "whole", tmp_path / "cut"]
+    for folder in folders:
+        folder.mkdir()
+        monkeypatch.chdir(folder)
+        write(ALL, steps=4)
+    whole, cut = folders
+    began = time.monotonic()
+    assert finish(start(whole))[0] == 0
+    seconds = time.monotonic() - began
+    chance = random.Random(0)
+    codes = []
+    for _ in range(5):
+        process = start(cut)
+        time.sleep(chance.uniform(0.1, 0.5) * seconds)
+        os.killpg(process.pid, signal.SIGKILL)
+        codes.append(finish(process)[0])
+    assert -signal.SIGKILL in codes
+    code, errors = finish(start(cut))
+    assert code == 0, errors
+    files = sorted(path.relative_to(whole) for path in (whole / "out/tables").iterdir())
+    assert len(files) == 10
+    for file in files:
+        assert (cut / file).read_bytes() == (whole / file).read_bytes(), file
+    assert not list(cut.rglob("*.part"))
+    again = start(cut)
+    assert finish(again)[1].count("up to date") == len(errors.splitlines())

@@ -1,0 +1,53 @@
+"""Trained planners in the second table: as their plans say, worked out here a second time."""
+
+import h5py
+import numpy as np
+import pytest
+
+from ogmkit.errors import SettingsError
+from ogmkit.evaluation.entrants import by_stage
+from ogmkit.evaluation.planning.evaluate import evaluate_plans
+from ogmkit.learn.inference import open_run
+from ogmkit.learn.plan_inference import predict_plans
+from ogmkit.shards.manifest import read_manifest
+
+CAMERAS = ("CAM_FRONT",)
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory, plan_shards, make_run):
+    grid = read_manifest(plan_shards).settings.targets.grid
+    folder = tmp_path_factory.mktemp("runs")
+    chosen = {"mid-to-end": {"no_past": True}, "holistic": {"warp": "surface"}, "footprints": {}}
+    return {
+        name: make_run(folder / name, name, grid, CAMERAS, masks="surface", **more)
+        for name, more in chosen.items()
+    }
+
+
+def test_runs_go_to_the_table_of_their_stage(runs):
+    assert by_stage([*runs.values()]) == (
+        (runs["footprints"],),
+        (runs["mid-to-end"], runs["holistic"]),
+    )
+
+
+def test_figures_are_those_of_the_plans(runs, plan_shards):
+    found = evaluate_plans(plan_shards, [runs["mid-to-end"], runs["holistic"]])
+    assert found.systems == ("mid-to-end-np", "holistic")
+    shown = {(one.system, one.metric, one.horizon_s, one.reading): one.value for one in found.figures}
+    with h5py.File(plan_shards / "scene-0002.h5") as h5:
+        future = h5["CAM_FRONT/trajectory/future"][:]
+    for name, system in (("mid-to-end", "mid-to-end-np"), ("holistic", "holistic")):
+        plans = list(predict_plans(open_run(runs[name]), plan_shards, ("scene-0002",), CAMERAS))
+        errors = np.stack([plan.plan.mean - future[plan.frame, :5] for plan in plans])
+        away = np.linalg.norm(errors, axis=-1)
+        assert shown[system, "ade", 2.5, "at"] == pytest.approx(away[:, 4].mean())
+        assert shown[system, "ade", 2.5, "mean"] == pytest.approx(away.mean())
+        assert shown[system, "l1_lateral", 1.5, "at"] == pytest.approx(np.abs(errors[:, 2, 1]).mean())
+        assert shown[system, "l1_longitudinal", 0.5, "mean"] == pytest.approx(np.abs(errors[:, 0, 0]).mean())
+
+
+def test_a_homography_that_the_shards_lack_is_named_with_its_command(runs, plan_shards):
+    with pytest.raises(SettingsError, match="ogmkit predict homography"):
+        evaluate_plans(plan_shards, [runs["holistic"]], homography="network")

@@ -1,0 +1,249 @@
+"""The whole chain on a small dataset."""
+
+import csv
+import json
+import shutil
+
+import pytest
+
+from ogmkit.errors import DataFileError, OutputError, TableError
+from ogmkit.shards.manifest import file_sha256, read_manifest
+from ogmkit.shards.verify import verify_folder
+from ogmkit.workflow.chain import plan_chain, run_chain
+from ogmkit.workflow.reading import read_config
+
+pytest.importorskip("torch", reason="torch is not installed: pip install 'ogmkit[train]'")
+
+STEPS = [
+    "extract",
+    "homography-fit",
+    "train homography",
+    "predict homography",
+    "render-footprints surface",
+    "render-footprints network",
+    "train footprints",
+    "train lstm-ed",
+    "train mid-to-end",
+    "evaluate perception",
+    "evaluate planning",
+]
+
+
+@pytest.fixture
+def out(finished, tmp_path):
+    """A copy of the finished chain."""
+    return shutil.copytree(finished, tmp_path / "out")
+
+
+def pending(config):
+    """What is to be done, and why."""
+    return {step.name: step.reason for step in plan_chain(config) if step.action != "skip"}
+
+
+def done(config, **options):
+    """Run, and tell which steps were."""
+    names = []
+    run_chain(
+        config, on_step=lambda news: names.append(news.name) if news.state == "done" else None, **options
+    )
+    return names
+
+
+def tables(out):
+    return {path.name: path.read_bytes() for path in (out / "tables").iterdir()}
+
+
+def test_one_folder_holds_everything_and_what_made_it(finished):
+    assert {path.name for path in finished.iterdir()} == {
+        *("shards", "runs", "tables", "pictures"),
+        *("config.yaml", "manifest.json"),
+    }
+    assert verify_folder(finished / "shards") == ()
+    assert {path.name for path in (finished / "runs").iterdir()} == {
+        *("homography", "footprints", "lstm-ed", "mid-to-end")
+    }
+    endings = {"md", "csv", "json", "tex"}
+    assert set(tables(finished)) == {
+        f"{name}.{end}" for name in ("perception", "planning") for end in endings
+    }
+    steps = json.loads((finished / "manifest.json").read_text())["steps"]
+    assert set(steps) == set(STEPS)
+    assert all(step["state"] == "done" and step["finished"] for step in steps.values())
+    files = [file for step in steps.values() for file in step["files"]]
+    assert len(set(files)) == len(files)
+    there = {path.relative_to(finished).as_posix() for path in finished.rglob("*") if path.is_file()}
+    assert there - set(files) == {"config.yaml", "manifest.json"}
+    assert set(files) <= there
+    groups = {name: step["groups"] for name, step in steps.items() if step["groups"]}
+    assert groups == {
+        "homography-fit": ["homography/surface"],
+        "predict homography": ["homography/network"],
+        "render-footprints surface": ["footprints/surface"],
+        "render-footprints network": ["footprints/network"],
+    }
+    assert steps["train footprints"]["needed"] == {
+        "extract": steps["extract"]["identity"],
+        "render-footprints network": steps["render-footprints network"]["identity"],
+    }
+    assert steps["train footprints"]["identity"] == file_sha256(finished / "runs/footprints/best.ckpt")
+
+
+def test_the_tables_have_the_rows_that_were_asked_for(finished):
+    def systems(name):
+        with (finished / "tables" / name).open(encoding="utf-8") as file:
+            return list(dict.fromkeys(row["system"] for row in csv.DictReader(file)))
+
+    assert systems("perception.csv")[0] == "footprints"
+    assert "ceiling-network" in systems("perception.csv")
+    assert systems("planning.csv")[:2] == ["lstm-ed", "mid-to-end"]
+    assert (finished / "pictures/planning/lstm-ed-plans.png").is_file()
+
+
+def test_it_is_done_once(out, chain_config):
+    config = chain_config(out)
+    assert pending(config) == {}
+    assert done(config) == []
+    assert done(read_config(out / "config.yaml")) == []
+
+
+def after(*names):
+    first = STEPS.index(names[0])
+    return [name for name in STEPS[first:] if name in names]
+
+
+CHANGES = [
+    ({"workers": 2}, []),
+    ({"train": {"checkpoint_every": 7}}, []),
+    ({"evaluate": {"threshold": 0.25}}, ["evaluate perception"]),
+    ({"evaluate": {"limit": 3}}, ["evaluate perception", "evaluate planning"]),
+    ({"planners": [{"system": "lstm-ed", "lr": 0.5}, "mid-to-end"]}, ["train lstm-ed", "train mid-to-end"]),
+    ({"footprints": {"lr": 0.5}}, ["train footprints", "evaluate perception"]),
+    ({"homography": {"head": "four-point", "lr": 0.5}}, [*STEPS[2:4], *STEPS[5:7], STEPS[9]]),
+    ({"homography_fit": {"min_points": 6}}, [*STEPS[1:7], STEPS[9]]),
+    ({"render_footprints": {"scale": 2}}, [*STEPS[4:7], STEPS[9]]),
+    ({"extract": {"min_visibility": 1}}, STEPS),
+]
+
+
+@pytest.mark.parametrize(("changes", "names"), CHANGES)
+def test_a_change_does_anew_what_depends_on_it(finished, chain_config, changes, names):
+    found = list(pending(chain_config(finished, **changes)))
+    planners = ["evaluate planning"] if "planners" in changes else []
+    assert found == [*names, *planners]
+
+
+def test_a_planners_learning_rate_trains_that_planner_and_scores_planners(out, chain_config):
+    before = tables(out)
+    changed = [{"system": "lstm-ed", "lr": 0.5}, {"system": "mid-to-end", "pool": [8, 6]}]
+    config = chain_config(out, planners=changed)
+    assert pending(config) == {
+        "train lstm-ed": "lr is 0.5 here but 0.001 there",
+        "evaluate planning": "after train lstm-ed",
+    }
+    assert done(config) == ["train lstm-ed", "evaluate planning"]
+    now = tables(out)
+    assert {name for name in now if now[name] != before[name]} == {
+        f"planning.{ending}" for ending in ("md", "csv", "json", "tex")
+    }
+
+
+def test_a_planner_less_is_left_in_place_and_out_of_the_table(out, chain_config):
+    config = chain_config(out, planners=["lstm-ed"])
+    summary = run_chain(config)
+    assert summary.left == (out / "runs/mid-to-end",)
+    assert "mid-to-end" not in (out / "tables/planning.csv").read_text()
+    assert [path.name for path in (out / "pictures/planning").iterdir()] == ["lstm-ed-plans.png"]
+    assert (out / "runs/mid-to-end/best.ckpt").is_file()
+    assert set(summary.tables) == set((out / "tables").iterdir())
+    assert {path.name for path in summary.pictures} == {
+        *("homographies.png", "footprints.png", "lstm-ed-plans.png")
+    }
+
+
+def test_what_is_gone_is_made_again_and_nothing_else(out, chain_config):
+    before = tables(out)
+    (out / "shards/scene-0001.h5").unlink()
+    (out / "tables/planning.md").unlink()
+    config = chain_config(out)
+    assert pending(config)["extract"] == "shards/scene-0001.h5 is gone"
+    shards = [STEPS[0], STEPS[1], STEPS[3], STEPS[4], STEPS[5]]
+    assert done(config) == [*shards, "evaluate planning"]
+    figures = ("planning.csv", "planning.json")  # the others tell where the runs are
+    assert all(tables(out)[name] == before[name] for name in figures)
+    assert verify_folder(out / "shards") == ()
+
+
+def test_other_shards_replace_those_that_are_there(out, chain_config):
+    trained = ("homography", "footprints", "planners")
+    config = chain_config(out, trained, extract={"min_visibility": 1}, scenes=["scene-0002"])
+    assert done(config) == ["extract", "homography-fit", "render-footprints surface"]
+    assert verify_folder(out / "shards") == ()
+    manifest = read_manifest(out / "shards")
+    assert [entry.scene for entry in manifest.shards] == ["scene-0002"]
+    assert manifest.settings == config.extract
+
+
+def test_more_formats_of_tables_are_written_where_they_are_absent(out, chain_config):
+    writers = {"txt": lambda evaluation: f"{evaluation.split}\n"}
+    config = chain_config(out)
+    assert done(config, writers=writers) == ["evaluate perception", "evaluate planning"]
+    assert (out / "tables/planning.txt").read_text() == "val\n"
+    assert done(config, writers=writers) == []
+
+
+def test_a_folder_that_is_no_runs_is_refused(tmp_path, finished, world, chain_config):
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "thesis.tex").touch()
+    shards = shutil.copytree(finished / "shards", tmp_path / "shards")
+    for out, message in (
+        (tmp_path / "full", "holds thesis.tex, and no `ogmkit run` made it"),
+        (shards, "is not the manifest of an `ogmkit run`"),
+        (world / "out", "lie in one another"),
+        (tmp_path / "full" / "thesis.tex", "is a file"),
+    ):
+        held = sorted(out.parent.rglob("*"))
+        for call in (plan_chain, run_chain):
+            with pytest.raises(OutputError, match=message):
+                call(chain_config(out))
+        assert sorted(out.parent.rglob("*")) == held
+
+
+def test_a_dataset_that_is_not_there_is_named(tmp_path, chain_config):
+    with pytest.raises(TableError, match="no such folder"):
+        plan_chain(chain_config(tmp_path / "out", data="nowhere"))
+
+
+def test_a_scene_that_fails_stops_the_chain_after_the_others(tmp_path, world, chain_config):
+    data = shutil.copytree(world, tmp_path / "world")
+    image = min((data / "samples/CAM_FRONT").iterdir())
+    kept = image.read_bytes()
+    image.write_bytes(b"")
+    config = chain_config(tmp_path / "out", data=str(data))
+    with pytest.raises(
+        DataFileError, match=r"^extract: 1 of 2 scenes failed, first scene-000\d: .*jpg: image of"
+    ):
+        run_chain(config)
+    assert len(list((tmp_path / "out/shards").glob("*.h5"))) == 1
+    image.write_bytes(kept)
+    assert pending(config)["extract"] == "was cut short"
+
+
+def test_the_dataset_is_known_by_its_content(tmp_path, finished, world, chain_config, edit_table):
+    data = shutil.copytree(world, tmp_path / "world")
+    for path in data.rglob("*.json"):
+        path.touch()
+    config = chain_config(finished, data=str(data))
+    assert pending(config) == {}
+    edit_table(data, "scene", lambda records: records[0].update(description="other"))
+    assert list(pending(config)) == STEPS
+    (tmp_path / "splits.json").write_text(json.dumps({"train": ["scene-0002"], "val": ["scene-0001"]}))
+    assert list(pending(chain_config(finished, split_file=str(tmp_path / "splits.json")))) == STEPS
+
+
+def test_a_copy_of_the_dataset_is_another_only_where_shards_refer_to_it(tmp_path, world, chain_config):
+    data = shutil.copytree(world, tmp_path / "world")
+    trained = ("homography", "footprints", "planners")
+    for images, names in (("bytes", []), ("reference", ["extract", "homography-fit", STEPS[4]])):
+        extract, out = {"images": images}, tmp_path / images
+        run_chain(chain_config(out, trained, extract=extract))
+        assert list(pending(chain_config(out, trained, extract=extract, data=str(data)))) == names
