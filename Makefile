@@ -5,6 +5,8 @@ VENV := .venv
 DEVKIT := .venv-devkit
 METADATA := setup.cfg pyproject.toml
 PIP_FLAGS := --quiet --disable-pip-version-check
+# Tests run on all cores; those of a file stay together, since they share what takes long to make.
+SPREAD := -n auto --dist loadfile
 
 .DEFAULT_GOAL := help
 .PHONY: help install demo test slow conformance conformance-env bench bench-learn bench-plan
@@ -57,16 +59,16 @@ test: $(VENV)/.installed-dev
 	$(VENV)/bin/ruff format --check .
 	$(VENV)/bin/mypy
 	$(VENV)/bin/lint-imports --config setup.cfg
-	$(VENV)/bin/pytest
+	$(VENV)/bin/pytest $(SPREAD)
 
 slow: $(VENV)/.installed-dev
-	$(VENV)/bin/pytest -m slow
+	OMP_NUM_THREADS=1 $(VENV)/bin/pytest -m slow $(SPREAD)
 
 conformance-env: $(DEVKIT)/.installed
 
 conformance: $(DEVKIT)/.installed
 	MPLBACKEND=Agg $(DEVKIT)/bin/pytest conformance
-	$(DEVKIT)/bin/pytest
+	$(DEVKIT)/bin/pytest $(SPREAD)
 
 bench: $(VENV)/.installed $(DEVKIT)/.installed
 	@$(DEVKIT)/bin/python benchmarks/drivable.py

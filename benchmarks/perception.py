@@ -5,14 +5,12 @@ The world, the sizes and the epochs are constants below; they fit two cores.
 """
 
 import json
-import os
-import subprocess
 import sys
 import time
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
+from commands import ogmkit, told, train_all
 
 from ogmkit.evaluation.evaluate import evaluate
 from ogmkit.evaluation.formats import as_markdown
@@ -23,7 +21,6 @@ from ogmkit.pipeline.homography_summary import read_results
 from ogmkit.shards.manifest import read_manifest
 from ogmkit.shards.reader import Shard
 
-OGMKIT = str(Path(sys.executable).with_name("ogmkit"))
 CAMERA = "CAM_FRONT"
 SCENES, FRAMES, HELD_OUT, SEED = 50, 20, 10, 11
 WORLD = ["--scenes", SCENES, "--frames", FRAMES, "--seed", SEED, "--relief", 2, "--cameras", CAMERA]
@@ -47,8 +44,6 @@ TRAININGS = {
 }
 NETWORKS = {"homography": "network", "homography-four-point": "network-four-point"}
 """Runs of homography and what their predictions are called; `network` is what masks are warped by."""
-JOBS = 2
-"""Trainings at a time, a core each."""
 
 
 def main():
@@ -59,16 +54,18 @@ def main():
     splits = folder / "splits.json"
     names = [entry.scene for entry in read_manifest(shards).shards]
     splits.write_text(json.dumps({"train": names[:-HELD_OUT], "val": names[-HELD_OUT:]}))
-    seconds = train_all(folder, shards, splits, [name for name in TRAININGS if name in NETWORKS])
+    first = {name: options for name, options in TRAININGS.items() if name in NETWORKS}
+    seconds = train_all(folder, shards, splits, first)
     for name, source in NETWORKS.items():
         ogmkit("predict", "homography", shards, "--checkpoint", folder / name, "--name", source)
     ogmkit("render-footprints", shards, "--homography", "network", "--scale", 1)
-    seconds |= train_all(folder, shards, splits, [name for name in TRAININGS if name not in NETWORKS])
-    runs = [folder / name for name in TRAININGS if name not in NETWORKS]
+    rest = {name: options for name, options in TRAININGS.items() if name not in NETWORKS}
+    seconds |= train_all(folder, shards, splits, rest)
+    runs = [folder / name for name in rest]
     found = evaluate(shards, runs, split_file=splits)
     print(as_markdown(found))
     print(homography_table(shards, names))
-    print("\nSeconds of each training, a core each: " + ", ".join(f"{k} {v:.0f}" for k, v in seconds.items()))
+    print(f"\nSeconds of each training, a core each: {told(seconds)}")
     print(f"In all {(time.monotonic() - started) / 3600:.2f} h (this run; what was there was kept)")
 
 
@@ -81,24 +78,6 @@ def make_shards(folder):
     ogmkit("render-footprints", shards, "--scale", 1, "--workers", 2)
     ogmkit("render-footprints", shards, "--scale", 1, "--method", "full-body", "--workers", 2)
     return shards
-
-
-def train_all(folder, shards, splits, names):
-    def train(name):
-        system, *options = TRAININGS[name]
-        started = time.monotonic()
-        ogmkit("train", system, shards, "--out", folder / name, "--split-file", splits, *options)
-        return name, time.monotonic() - started
-
-    with ThreadPoolExecutor(JOBS) as pool:
-        return dict(pool.map(train, names))
-
-
-def ogmkit(*arguments):
-    command = [OGMKIT, *map(str, arguments)]
-    print("$ ogmkit", *command[1:], file=sys.stderr, flush=True)
-    environment = os.environ | {"OMP_NUM_THREADS": "1"}
-    subprocess.run(command, check=True, env=environment, stdout=sys.stderr)
 
 
 def homography_table(shards, names):

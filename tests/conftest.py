@@ -32,10 +32,10 @@ def tiny_dataroot(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def plan_shards(tmp_path_factory):
-    """Two scenes (train, val), of four sequences with a trajectory each, one camera, off-centre grid.
+def make_plan_shards():
+    """Shards of a few scenes, one camera, an off-centre grid: `make_plan_shards(folder, scenes, frames)`.
 
-    With homographies and footprints by `surface`. Tests only read it.
+    With homographies and footprints by `surface`; of the frames, all but twelve end a sequence.
     """
     from ogmkit.footprints.settings import FootprintSettings
     from ogmkit.grid import GridSpec
@@ -47,21 +47,35 @@ def plan_shards(tmp_path_factory):
     from ogmkit.synthetic.build import SynthesisSettings, synthesize
     from ogmkit.targets import TargetSettings
 
-    folder = tmp_path_factory.mktemp("plans")
-    world, out, cameras = folder / "world", folder / "shards", ("CAM_FRONT",)
-    synthesize(
-        world,
-        SynthesisSettings(
-            scenes=2, frames=16, seed=3, cameras=cameras, image_size=(90, 160), lidar=False, relief_m=1.0
-        ),
-    )
-    settings = ExtractSettings(TargetSettings(GridSpec(0.5, 80, 60, 80.0, 34.0)), cameras)
-    with Dataset(world) as dataset:
-        scenes, splits = dataset.scene_names(), dataset.splits()
-        extract(dataset, out, settings, scenes=scenes, splits=splits, cache_dir=folder / "cache")
-    fit_shards(out, ("surface",))
-    render_footprints(out, FootprintSettings(scale=1.0))
-    return out
+    def make(folder, scenes, frames):
+        world, out, cameras = folder / "world", folder / "shards", ("CAM_FRONT",)
+        synthesize(
+            world,
+            SynthesisSettings(
+                scenes, frames, seed=3, cameras=cameras, image_size=(90, 160), lidar=False, relief_m=1.0
+            ),
+        )
+        settings = ExtractSettings(TargetSettings(GridSpec(0.5, 80, 60, 80.0, 34.0)), cameras)
+        with Dataset(world) as dataset:
+            extract(
+                dataset,
+                out,
+                settings,
+                scenes=dataset.scene_names(),
+                splits=dataset.splits(),
+                cache_dir=folder / "cache",
+            )
+        fit_shards(out, ("surface",))
+        render_footprints(out, FootprintSettings(scale=1.0))
+        return out
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def plan_shards(tmp_path_factory, make_plan_shards):
+    """Such shards of two scenes (train, val) with four sequences each; tests only read them."""
+    return make_plan_shards(tmp_path_factory.mktemp("plans"), 2, 16)
 
 
 @pytest.fixture(scope="session")
