@@ -29,17 +29,18 @@ FOOTPRINTS = {
     "footprints": ["footprints", *COMMON, "--lr", 1e-3, "--epochs", 6, "--limit-frames", 1000],
 }
 PLAN = [*COMMON, "--lr", 1e-3]
-QUICK = [*PLAN, "--epochs", 16, "--weight-decay", 0.1]
-IMAGES = [*PLAN, "--epochs", 9, "--limit-frames", 480, "--batch-size", 4]
+QUICK = [*PLAN, "--epochs", 10, "--weight-decay", 0.1]
+IMAGES = [*PLAN, "--limit-frames", 480, "--batch-size", 4]
+ENCODED, SEEN = [*IMAGES, "--epochs", 9], [*IMAGES, "--epochs", 4]
 SEEDS = range(3)
 
 
 def planners(folder):
     """Trainings of the planners; those that look through footprints begin with stage 1's."""
-    holistic = [*IMAGES, "--perception", folder / "footprints"]
+    holistic = [*SEEN, "--perception", folder / "footprints"]
     return {
-        "end-to-end": ["end-to-end", *IMAGES],
-        "end-to-end-np": ["end-to-end", *IMAGES, "--no-past"],
+        "end-to-end": ["end-to-end", *ENCODED],
+        "end-to-end-np": ["end-to-end", *ENCODED, "--no-past"],
         "holistic": ["holistic", *holistic],
         "holistic-np": ["holistic", *holistic, "--no-past"],
         "holistic-cv": ["holistic-cv", *holistic],
