@@ -44,9 +44,10 @@ $(DEVKIT)/.installed: $(METADATA) conformance/requirements.txt conformance/const
 install: $(VENV)/.installed
 	@echo "$(VENV)/bin/ogmkit is installed; $(VENV)/bin/ogmkit --help lists its commands."
 
+# Networks so small gain nothing from a second thread, and wait long for it where another program has the core.
 demo: $(VENV)/.installed
 	$(VENV)/bin/ogmkit check fixtures/nuscenes-synthetic
-	$(VENV)/bin/ogmkit run examples/demo.yaml
+	OMP_NUM_THREADS=1 $(VENV)/bin/ogmkit run examples/demo.yaml
 	$(VENV)/bin/ogmkit verify demo/shards
 	$(VENV)/bin/ogmkit inspect demo/shards
 	$(VENV)/bin/ogmkit preview demo/shards --out demo/pictures/preview --view targets --view footprints --view stretch
