@@ -41,7 +41,7 @@ def visible_part(level_from_box, size_wlh):
     face = shapely.box(-length / 2, -width / 2, length / 2, width / 2)
     for a, b, c in inside:
         norm = np.hypot(a, b)
-        if norm < 1e-9:
+        if norm * 100 <= abs(c):  # the line passes far off the face: it is all on one side
             face = face if c >= 0 else shapely.Polygon()
             continue
         normal, along = np.array([a, b]) / norm, np.array([-b, a]) / norm

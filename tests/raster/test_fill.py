@@ -108,7 +108,9 @@ def test_a_window_of_the_grid_shows_what_the_grid_shows(corners, column, row):
     differs = large[25 + row : 65 + row, 25 + column : 55 + column] != window
     rows, columns = np.nonzero(differs)
     border = shapely.LinearRing(ring - [column, row])
-    assert (shapely.distance(border, shapely.points(columns, rows)) < 1e-9).all()
+    with np.errstate(invalid="ignore"):  # which shapely 2.0 raises on rings with repeated corners
+        away = shapely.distance(border, shapely.points(columns, rows))
+    assert (away < 1e-9).all()
 
 
 @pytest.mark.parametrize(
