@@ -171,7 +171,18 @@ def _fit(
     watching: list[Callback] = [Metrics(run / METRICS), Samples(run / SAMPLES)]
     if on_progress is not None:
         watching.append(Progress(on_progress))
-    trainer = Trainer(
+    trainer = _trainer(settings, run, step, [saving, *watching])
+    try:
+        with saving.holding_interrupts():
+            trainer.fit(system, datamodule=data, ckpt_path=last if last.exists() else None)
+    except Interrupted as interrupted:
+        raise KeyboardInterrupt from interrupted
+    return saving
+
+
+def _trainer(settings: TrainSettings, run: Path, step: int, callbacks: list[Callback]) -> Trainer:
+    """Lightning's trainer; a training that goes on does so at `step`."""
+    return Trainer(
         accelerator="auto" if torch.cuda.is_available() else "cpu",
         devices=settings.devices or 1,
         precision=settings.precision,
@@ -182,7 +193,7 @@ def _fit(
         num_sanity_val_steps=1,
         log_every_n_steps=10,
         logger=TensorBoardLogger(run, name="", version=TENSORBOARD, purge_step=step),
-        callbacks=[saving, *watching],
+        callbacks=callbacks,
         plugins=[AtomicCheckpointIO()],
         default_root_dir=run,
         use_distributed_sampler=False,
@@ -190,12 +201,6 @@ def _fit(
         enable_progress_bar=False,
         enable_model_summary=False,
     )
-    try:
-        with saving.holding_interrupts():
-            trainer.fit(system, datamodule=data, ckpt_path=last if last.exists() else None)
-    except Interrupted as interrupted:
-        raise KeyboardInterrupt from interrupted
-    return saving
 
 
 def _helps() -> bool:

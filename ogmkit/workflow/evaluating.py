@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar, TypeVar
 
 from ogmkit.evaluation import formats
 from ogmkit.evaluation.evaluate import evaluate
@@ -18,6 +18,8 @@ from ogmkit.workflow.config import Config
 from ogmkit.workflow.steps import Call, Made, first_gone
 
 Write = Callable[[Evaluation | PlanEvaluation], str]
+_Evaluated = TypeVar("_Evaluated", bound=Evaluation | PlanEvaluation)
+Draw = Callable[[Path, _Evaluated, Path], tuple[Path, ...]]
 
 WRITERS: Mapping[str, Write] = {
     "md": formats.as_markdown,
@@ -29,8 +31,8 @@ WRITERS: Mapping[str, Write] = {
 
 
 @dataclass(frozen=True)
-class EvaluatePerception:
-    """The first table: occupancy grids.
+class _Evaluate:
+    """What both tables share: how they are written and drawn, and when they are there.
 
     Attributes:
         config: the whole configuration.
@@ -40,10 +42,30 @@ class EvaluatePerception:
     config: Config
     writers: Mapping[str, Write]
 
+    name: ClassVar[str]
+
     @property
-    def name(self) -> str:
-        """The command and the table."""
-        return steps.PERCEPTION
+    def exact(self) -> bool:
+        """The table follows from shards and networks."""
+        return True
+
+    def missing(self, files: Sequence[str]) -> str:
+        """A table or picture."""
+        return first_gone(self.config.out, (*_tables(self.name, self.writers), *files))
+
+    def _kept(self, evaluation: _Evaluated, draw: Draw[_Evaluated], scored: str) -> Made:
+        """Write the table, and draw where the configuration asks for it."""
+        out = self.config.out
+        files = _written(out, self.name, evaluation, self.writers)
+        pictures = _made(out / "pictures" / _topic(self.name))
+        drawn = draw(self.config.shards, evaluation, pictures) if self.config.evaluate.samples else ()
+        return Made((*files, *_relative(out, drawn)), note=scored)
+
+
+class EvaluatePerception(_Evaluate):
+    """The first table: occupancy grids."""
+
+    name = steps.PERCEPTION
 
     @property
     def needs(self) -> tuple[str, ...]:
@@ -62,15 +84,6 @@ class EvaluatePerception:
         """What is scored, and how."""
         return {"runs": [one.name for one in self.config.grids], **asdict(self.config.evaluate)}
 
-    @property
-    def exact(self) -> bool:
-        """The table follows from shards and networks."""
-        return True
-
-    def missing(self, files: Sequence[str]) -> str:
-        """A table or picture."""
-        return first_gone(self.config.out, (*_tables(self.name, self.writers), *files))
-
     def run(self, call: Call) -> Made:
         """Score, write and draw."""
         config, settings = self.config, self.config.evaluate
@@ -87,28 +100,13 @@ class EvaluatePerception:
             samples=settings.samples,
             on_progress=call.advance,
         )
-        files = _written(config.out, self.name, evaluation, self.writers)
-        pictures = _made(config.out / "pictures" / _topic(self.name))
-        drawn = draw_evaluation(config.shards, evaluation, pictures) if settings.samples else ()
-        return Made((*files, *_relative(config.out, drawn)), note=f"{evaluation.frames} frames")
+        return self._kept(evaluation, draw_evaluation, f"{evaluation.frames} frames")
 
 
-@dataclass(frozen=True)
-class EvaluatePlanning:
-    """The second table: plans.
+class EvaluatePlanning(_Evaluate):
+    """The second table: plans."""
 
-    Attributes:
-        config: the whole configuration.
-        writers: ending of a table's file → what writes it.
-    """
-
-    config: Config
-    writers: Mapping[str, Write]
-
-    @property
-    def name(self) -> str:
-        """The command and the table."""
-        return steps.PLANNING
+    name = steps.PLANNING
 
     @property
     def needs(self) -> tuple[str, ...]:
@@ -128,15 +126,6 @@ class EvaluatePlanning:
         kept = ("split", "batch_size", "limit", "samples")
         return {"runs": [one.name for one in self.config.planners], **{name: settings[name] for name in kept}}
 
-    @property
-    def exact(self) -> bool:
-        """The table follows from shards and networks."""
-        return True
-
-    def missing(self, files: Sequence[str]) -> str:
-        """A table or picture."""
-        return first_gone(self.config.out, (*_tables(self.name, self.writers), *files))
-
     def run(self, call: Call) -> Made:
         """Score, write and draw; masks are warped by what each planner was trained with."""
         config, settings = self.config, self.config.evaluate
@@ -150,10 +139,7 @@ class EvaluatePlanning:
             samples=settings.samples,
             on_progress=call.advance,
         )
-        files = _written(config.out, self.name, evaluation, self.writers)
-        pictures = _made(config.out / "pictures" / _topic(self.name))
-        drawn = draw_plans(config.shards, evaluation, pictures) if settings.samples else ()
-        return Made((*files, *_relative(config.out, drawn)), note=f"{evaluation.sequences} sequences")
+        return self._kept(evaluation, draw_plans, f"{evaluation.sequences} sequences")
 
 
 def _topic(name: str) -> str:
