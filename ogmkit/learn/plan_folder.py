@@ -17,9 +17,8 @@ from ogmkit.learn.image_homographies import given_homographies, homography_run, 
 from ogmkit.learn.image_inputs import GIVEN, ImageInputs, with_camera
 from ogmkit.learn.inference import Run, open_run, require_planner
 from ogmkit.learn.plan_file import PlanFile, read_plan_file
-from ogmkit.learn.plan_inference import predict_plan_batch
+from ogmkit.learn.plan_inference import predict_plan_batch, require_finite_plan
 from ogmkit.learn.plan_objects import PlanJob, PlanStream, plan_object
-from ogmkit.learn.plan_predictions import require_finite_plan
 from ogmkit.nuscenes.names import unknown
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ogmkit.errors import SettingsError
+from ogmkit.errors import CheckpointError, SettingsError
 from ogmkit.learn.data.index import index_sequences
 from ogmkit.learn.data.loader import EpochBatches, loader
 from ogmkit.learn.data.sequences import SequenceDataset
@@ -44,7 +44,7 @@ def predict_plans(
         Plans in the order of scenes, cameras and time.
 
     Raises:
-        CheckpointError: the run plans nothing.
+        CheckpointError: the run plans nothing, or what is not finite.
         SettingsError: the grids differ, or the run doesn't know a camera.
         ShardError: the shards lack what the run predicts from.
         TrainingError: there is no such sequence.
@@ -59,7 +59,21 @@ def predict_plans(
     for batch in loader(dataset, batches, workers=workers):
         places = [dataset.place(int(i)) for i in batch["index"]]
         for place, plan in zip(places, predict_plan_batch(run.model, batch, dataset.cameras), strict=True):
-            yield PlannedFrame(*place, plan)
+            scene, camera, frame = place
+            require_finite_plan(run, plan, f"{scene} {camera} frame {frame}")
+            yield PlannedFrame(scene, camera, frame, plan)
+
+
+def require_finite_plan(run: Run, plan: Plan, place: str) -> None:
+    """Refuse a plan that is none: JSON knows no NaN, and means would hide it.
+
+    Raises:
+        CheckpointError: it holds a number that is not finite.
+    """
+    if not all(np.isfinite(part).all() for part in (plan.mean, plan.sigma, plan.rho)):
+        raise CheckpointError(
+            f"{run.checkpoint}: its plan for {place} is not finite; choose another, or train again"
+        )
 
 
 def predict_plan_batch(model: System, batch: Batch, cameras: tuple[str, ...]) -> list[Plan]:

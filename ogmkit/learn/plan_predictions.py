@@ -5,14 +5,11 @@ from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 
-import numpy as np
-
-from ogmkit.errors import CheckpointError, SettingsError
+from ogmkit.errors import SettingsError
 from ogmkit.learn.choices import common_cameras
 from ogmkit.learn.data.index import SEQUENCE, FrameIndex, index_sequences
 from ogmkit.learn.data.poses import require_finite_poses
 from ogmkit.learn.inference import Run, open_run, require_grid, require_planner
-from ogmkit.learn.plan import Plan
 from ogmkit.learn.plan_inference import predict_plans
 from ogmkit.learn.plan_objects import PlanJob, PlanObject, PlanStream, plan_object
 from ogmkit.learn.prediction_files import reported
@@ -90,18 +87,6 @@ def plans_of_shards(
     return PlanStream(run.name, spec.homography, len(index), reported(objects, len(index), on_progress))
 
 
-def require_finite_plan(run: Run, plan: Plan, place: str) -> None:
-    """Refuse a plan that is none: JSON knows no NaN.
-
-    Raises:
-        CheckpointError: it holds a number that is not finite.
-    """
-    if not all(np.isfinite(part).all() for part in (plan.mean, plan.sigma, plan.rho)):
-        raise CheckpointError(
-            f"{run.checkpoint}: its plan for {place} is not finite; choose another, or train again"
-        )
-
-
 def _objects(
     job: PlanJob, run: Run, shards: Path, index: FrameIndex, homography: str | None
 ) -> Iterator[PlanObject]:
@@ -122,7 +107,6 @@ def _objects(
         known = _read(paths[scene], camera, homography)
         for found in group:
             frame = found.frame
-            require_finite_plan(run, found.plan, f"{scene} {camera} frame {frame}")
             about: dict[str, object] = {
                 "scene": scene,
                 "camera": camera,

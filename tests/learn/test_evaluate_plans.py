@@ -3,12 +3,14 @@
 import h5py
 import numpy as np
 import pytest
+import torch
 
-from ogmkit.errors import SettingsError
+from ogmkit.errors import CheckpointError, SettingsError
 from ogmkit.evaluation.entrants import by_stage
 from ogmkit.evaluation.planning.evaluate import evaluate_plans
 from ogmkit.learn.inference import open_run
-from ogmkit.learn.plan_inference import predict_plans
+from ogmkit.learn.plan import Plan
+from ogmkit.learn.plan_inference import predict_plans, require_finite_plan
 from ogmkit.shards.manifest import read_manifest
 
 CAMERAS = ("CAM_FRONT",)
@@ -51,3 +53,22 @@ def test_figures_are_those_of_the_plans(runs, plan_shards):
 def test_a_homography_that_the_shards_lack_is_named_with_its_command(runs, plan_shards):
     with pytest.raises(SettingsError, match="ogmkit predict homography"):
         evaluate_plans(plan_shards, [runs["holistic"]], homography="network")
+
+
+def test_a_network_that_gives_no_numbers_is_named(tmp_path, plan_shards, make_run):
+    grid = read_manifest(plan_shards).settings.targets.grid
+    run = make_run(
+        tmp_path / "run", "lstm-ed", grid, CAMERAS, lambda net: next(net.parameters()).fill_(torch.nan)
+    )
+    with pytest.raises(CheckpointError, match=r"best.ckpt: its plan for scene-\d+ CAM_FRONT frame"):
+        evaluate_plans(plan_shards, [run])
+
+
+@pytest.mark.parametrize("part", ["mean", "sigma", "rho"])
+def test_every_part_of_a_plan_must_be_finite(runs, part):
+    run = open_run(runs["mid-to-end"])
+    parts = {"mean": np.zeros((5, 2)), "sigma": np.ones((5, 2)), "rho": np.zeros(5)}
+    require_finite_plan(run, Plan(**parts), "here")
+    parts[part][3] = np.nan
+    with pytest.raises(CheckpointError, match="its plan for here is not finite"):
+        require_finite_plan(run, Plan(**parts), "here")

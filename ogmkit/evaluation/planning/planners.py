@@ -4,8 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from ogmkit.errors import CheckpointError
 from ogmkit.evaluation.entrants import names_of, open_each
 from ogmkit.evaluation.planning.sequences import Sequences
@@ -90,7 +88,6 @@ def plans_of(
     """What a run plans for every sequence, in order.
 
     Raises:
-        CheckpointError: a plan is not finite.
         OgmkitError: as `ogmkit.learn.plan_inference.predict_plans`.
     """
     from ogmkit.learn.inference import open_run  # noqa: PLC0415  # torch only where there are runs
@@ -108,13 +105,7 @@ def plans_of(
         workers=workers,
         limit=limit,
     ):
-        plan = found.plan
-        if not all(np.isfinite(part).all() for part in (plan.mean, plan.sigma, plan.rho)):
-            raise CheckpointError(
-                f"{planner.path}: its plan for {found.scene}, {found.camera}, frame {found.frame} is not "
-                "finite; train again, or choose another checkpoint"
-            )
-        plans.append(plan)
+        plans.append(found.plan)
         tick()
     return tuple(plans)
 

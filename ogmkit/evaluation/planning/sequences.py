@@ -9,7 +9,8 @@ import numpy as np
 from ogmkit.errors import ShardError
 from ogmkit.evaluation.scope import by_camera, evaluated_splits
 from ogmkit.frames import STEPS as TRAJECTORY
-from ogmkit.learn.data.index import SEQUENCE, FrameIndex, index_sequences
+from ogmkit.learn.data.index import FrameIndex, index_sequences
+from ogmkit.learn.data.poses import require_finite_poses
 from ogmkit.learn.data.spec import SampleSpec
 from ogmkit.learn.plan import STEPS
 from ogmkit.shards.reader import H5_ERRORS, REMEDY, Shard, damaged
@@ -76,6 +77,7 @@ def sequences_of(
     scenes = evaluated_splits(shards, split, split_file)[split]
     needs = SampleSpec(trajectory=True)
     index = index_sequences(shards, scenes, cameras, needs=needs, valid_only=False, limit=limit)
+    require_finite_poses(index)
     past, future = np.empty((2, len(index), TRAJECTORY, 2))
     for shard, camera, samples in by_camera(index):
         past[samples], future[samples] = _paths(shard, camera, index.frame[samples])
@@ -83,25 +85,15 @@ def sequences_of(
 
 
 def _paths(shard: Shard, camera: str, frames: IntArray) -> tuple[FloatArray, FloatArray]:
-    """Past and future of sequences by their last frames, once all that they rest on is sound."""
-    names = ("trajectory/past", "trajectory/future", "level_from_global", "global_from_ego")
+    """Past and future of sequences by their last frames, which as many frames follow as are planned."""
     try:
-        past, future, level_from_global, global_from_ego = (shard.dataset(camera, name)[:] for name in names)
+        past, future = (shard.dataset(camera, f"trajectory/{name}")[:] for name in ("past", "future"))
     except H5_ERRORS as error:
         raise damaged(shard.path, error) from error
-    late = frames[frames + STEPS >= len(global_from_ego)]
+    late = frames[frames + STEPS >= len(future)]
     if len(late):
         raise ShardError(
             f"{shard.path}: {camera}: frame {late[0]} has a valid trajectory, but too few frames follow; "
             f"{REMEDY}"
         )
-    seen = frames[:, None] - np.arange(SEQUENCE)
-    parts = (past[frames], future[frames], level_from_global[frames], global_from_ego[seen])
-    for name, part in zip(names, parts, strict=True):
-        strange = ~np.isfinite(part).all(axis=tuple(range(1, part.ndim)))
-        if strange.any():
-            raise ShardError(
-                f"{shard.path}: {camera}: the sequence that ends at frame {frames[strange][0]} has a "
-                f"{name} that is not finite; {REMEDY}"
-            )
-    return parts[0], parts[1]
+    return past[frames], future[frames]

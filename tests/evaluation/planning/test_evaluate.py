@@ -186,20 +186,6 @@ def test_limit_and_progress(shards, fake_planners):
     assert calls == [(done, 8) for done in range(1, 9)]  # rows for free, each run's plans, their scoring
 
 
-@pytest.mark.parametrize("part", ["mean", "sigma", "rho"])
-def test_a_plan_that_is_not_finite_is_named(shards, fake_planners, part):
-    def plan(place):
-        parts = {"mean": np.zeros((5, 2)), "sigma": np.ones((5, 2)), "rho": np.zeros(5)}
-        if place == ("scene-0003", "CAM_FRONT", 7):
-            parts[part][3] = np.nan
-        return Plan(**parts)
-
-    run = fake_planners("run", plan=plan)
-    message = f"{run}: its plan for scene-0003, CAM_FRONT, frame 7 is not finite"
-    with pytest.raises(CheckpointError, match=re.escape(message)):
-        evaluate_plans(shards, [run])
-
-
 @pytest.mark.parametrize(
     ("settings", "message"),
     [

@@ -59,25 +59,19 @@ def test_no_valid_trajectory_is_told(shards, spoil):
 
 
 @pytest.mark.parametrize(
-    ("name", "row", "ends"),
+    ("what", "name", "frame"),
     [
-        ("trajectory/past", 7, 7),
-        ("trajectory/future", 8, 8),
-        ("level_from_global", 6, 6),
-        (
-            "global_from_ego",
-            2,
-            6,
-        ),  # the first of the six images that end at frame 7, the second of those at 6
+        ("trajectory", "trajectory/past", 7),
+        ("trajectory", "trajectory/future", 8),
+        ("pose", "level_from_global", 6),
+        ("pose", "global_from_ego", 2),  # of the first of the six images that end at frame 7
     ],
 )
 @pytest.mark.parametrize("value", [np.nan, np.inf])
-def test_what_is_not_finite_is_named(shards, spoil, name, row, ends, value):
-    spoil(shards / "scene-0003.h5", name, row, value)
+def test_what_is_not_finite_is_named(shards, spoil, what, name, frame, value):
+    spoil(shards / "scene-0003.h5", name, frame, value)
 
-    message = (
-        f"scene-0003.h5: CAM_FRONT: the sequence that ends at frame {ends} has a {name} that is not finite"
-    )
+    message = f"scene-0003.h5: CAM_FRONT frame {frame}: its {what} ({name}) holds a number that is not finite"
     with pytest.raises(ShardError, match=re.escape(message)):
         find(shards)
 
@@ -89,7 +83,8 @@ def test_poses_that_no_sequence_sees_do_not_matter(shards, spoil):
 
 
 def test_a_trajectory_beyond_the_shard_is_named(shards, spoil):
-    spoil(shards / "scene-0002.h5", "trajectory/valid", 10, True)
+    for name, value in (("valid", True), ("past", 0.0), ("future", 0.0)):
+        spoil(shards / "scene-0002.h5", f"trajectory/{name}", 10, value)
 
     with pytest.raises(
         ShardError, match=re.escape("frame 10 has a valid trajectory, but too few frames follow")
