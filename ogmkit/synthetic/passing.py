@@ -12,11 +12,11 @@ from ogmkit.typing import FloatArray, IntArray
 _LEAST_GAP_M = 0.15
 _NEAR_M = 8.0
 _PARALLEL = 0.8  # cosine of the angle between an obstacle and a way that may have to lead round it
-_LEVEL_M = 2.0  # the full swerve is reached so long before an obstacle, and kept so long behind it
-_OUT_M, _OUT_SHARE = 9.0, 4.0  # length of the way out: so much, and so much a metre of swerve
+_LEVEL_M = 1.0  # the full swerve is reached so long before an obstacle, and kept so long behind it
+_OUT_M, _OUT_SHARE = 4.5, 3.25  # length of the way out: so much, and so much a metre of swerve
 _BACK_SHARE = 0.8  # of that is the way back
 _SLOW_BEFORE_M = 5.0
-_LATERAL_M_S2 = 2.0
+_LATERAL_M_S2 = 3.0
 
 
 @dataclass(frozen=True, eq=False)

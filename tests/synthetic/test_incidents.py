@@ -59,7 +59,7 @@ def test_swerve_is_as_wide_as_the_obstacle_demands_and_leads_back():
     # The obstacle's near face is the path itself: half a width and the gap of 0.55 m away from it.
     assert np.allclose(passing.left_m[(STRAIGHT.distances > 47) & (STRAIGHT.distances < 53)], 1.45)
     assert np.all(passing.left_m[(STRAIGHT.distances < 30) | (STRAIGHT.distances > 66.5)] == 0.0)
-    assert 5.5 < passing.limits_m_s.min() < 8.0
+    assert 4.0 < passing.limits_m_s.min() < 6.0
     assert np.all(np.isinf(passing.limits_m_s[STRAIGHT.distances < 30]))
 
 
@@ -88,7 +88,7 @@ def test_obstacles_come_often_and_the_ego_swerves_beside_them_only(drive):
     ego, _, obstacles, passing = drive
     along = places(ego.route, obstacles)
     assert len(obstacles) > 3
-    assert np.diff(along).min() > 35.0
+    assert np.diff(along).min() > 25.0
     away = np.abs(ego.route.path.distances[:, None] - along)
     assert np.all(np.abs(passing.left_m[away.argmin(axis=0)]) > 0.75)
     assert np.count_nonzero(np.abs(passing.left_m[away.argmin(axis=0)]) > 1.0) >= len(obstacles) / 2
@@ -129,7 +129,7 @@ def test_drivers_accelerate_no_harder_than_cars_can(busy):
         acceleration = np.diff(poses[:, :2], 2, axis=0) / 0.1**2
         left = np.stack([-np.sin(poses[1:-1, 2]), np.cos(poses[1:-1, 2])], axis=-1)
         assert np.linalg.norm(acceleration, axis=1).max() < 7
-        assert np.abs(np.sum(acceleration * left, axis=1)).max() < 4
+        assert np.abs(np.sum(acceleration * left, axis=1)).max() < 4.5
 
 
 def test_somebody_drives_just_ahead_of_the_ego(busy):
@@ -150,7 +150,7 @@ def test_leader_brakes_every_now_and_then_on_the_egos_way(drive):
     assert leader.route is ego.route
     starts = [braking.start_s for braking in leader.brakings]
     assert len(starts) >= 3
-    assert 8 <= np.diff(starts).min() <= np.diff(starts).max() <= 12
+    assert 4 <= np.diff(starts).min() <= np.diff(starts).max() <= 7
     assert {braking.speed_m_s == 0.0 for braking in leader.brakings} == {True, False}
 
 
@@ -163,7 +163,7 @@ def test_braking_goes_down_to_its_speed_while_it_lasts(town):
     assert speeds[0][20] > 6
     assert speeds[0][49] == pytest.approx(3.0, abs=0.2)
     assert speeds[0][79] > 5
-    assert np.diff(speeds[0]).min() > -0.46
+    assert np.diff(speeds[0]).min() > -0.56
 
 
 def test_same_seed_gives_the_same_incidents_and_none_by_default(town):
