@@ -27,7 +27,7 @@ from .text import with_number
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from ogmkit.learn.plan_objects import PlanStream
+    from ogmkit.learn.plans.objects import PlanStream
 
 
 @click.command()
@@ -84,7 +84,7 @@ def plan(source: Path, out: Path | None, calibration: Path | None, **values: Any
     """
     require_fitting(calibration, values["homography_checkpoint"], (*OF_SHARDS, "--batch-size", "--workers"))
     require_train()
-    from ogmkit.learn.plan_objects import json_list, write_list
+    from ogmkit.learn.plans.objects import json_list, write_list
 
     with _bar(out) as advance:
         stream = _stream(source, out, calibration, advance, **values)
@@ -112,9 +112,9 @@ def _stream(
     homography_checkpoint: Path | None,
     **chosen: Any,  # noqa: ANN401  # the fields of `Choice`
 ) -> PlanStream:
-    from ogmkit.learn.plan_folder import plan_of_images
-    from ogmkit.learn.plan_objects import PlanJob
-    from ogmkit.learn.plan_predictions import plans_of_shards
+    from ogmkit.learn.plans.folder import plan_of_images
+    from ogmkit.learn.plans.objects import PlanJob
+    from ogmkit.learn.plans.shards import plans_of_shards
     from ogmkit.learn.predictions import Choice
     from ogmkit.shards.atomic import require_outside
 

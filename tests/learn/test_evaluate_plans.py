@@ -10,7 +10,7 @@ from ogmkit.evaluation.entrants import by_stage
 from ogmkit.evaluation.planning.evaluate import evaluate_plans
 from ogmkit.learn.inference import open_run
 from ogmkit.learn.plan import Plan
-from ogmkit.learn.plan_inference import predict_plans, require_finite_plan
+from ogmkit.learn.plans.inference import predict_plans, require_finite_plan
 from ogmkit.shards.manifest import read_manifest
 
 CAMERAS = ("CAM_FRONT",)

@@ -88,10 +88,10 @@ def plans_of(
     """What a run plans for every sequence, in order.
 
     Raises:
-        OgmkitError: as `ogmkit.learn.plan_inference.predict_plans`.
+        OgmkitError: as `ogmkit.learn.plans.inference.predict_plans`.
     """
     from ogmkit.learn.inference import open_run  # noqa: PLC0415  # torch only where there are runs
-    from ogmkit.learn.plan_inference import predict_plans  # noqa: PLC0415
+    from ogmkit.learn.plans.inference import predict_plans  # noqa: PLC0415
 
     index = sequences.index
     plans: list[Plan] = []

@@ -144,7 +144,7 @@ def fake_planners(tmp_path, monkeypatch):
             scene, camera, frame = place
             yield SimpleNamespace(scene=scene, camera=camera, frame=frame, plan=run.plan(place))
 
-    inference, planning = ModuleType("ogmkit.learn.inference"), ModuleType("ogmkit.learn.plan_inference")
+    inference, planning = ModuleType("ogmkit.learn.inference"), ModuleType("ogmkit.learn.plans.inference")
     inference.open_run, planning.predict_plans = runs.__getitem__, predict_plans
     for module in (inference, planning):
         monkeypatch.setitem(sys.modules, module.__name__, module)

@@ -11,7 +11,7 @@ from ogmkit.learn.data.index import index_sequences
 from ogmkit.learn.data.loader import EpochBatches, loader
 from ogmkit.learn.data.sequences import SequenceDataset
 from ogmkit.learn.inference import open_run
-from ogmkit.learn.plan_inference import predict_plans
+from ogmkit.learn.plans.inference import predict_plans
 from ogmkit.learn.settings import PLANNERS, TrainSettings
 from ogmkit.learn.systems.planning import pooled
 from ogmkit.learn.systems.registry import build_system

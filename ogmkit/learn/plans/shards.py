@@ -10,8 +10,8 @@ from ogmkit.learn.choices import common_cameras
 from ogmkit.learn.data.index import SEQUENCE, FrameIndex, index_sequences
 from ogmkit.learn.data.poses import require_finite_poses
 from ogmkit.learn.inference import Run, open_run, require_grid, require_planner
-from ogmkit.learn.plan_inference import predict_plans
-from ogmkit.learn.plan_objects import PlanJob, PlanObject, PlanStream, plan_object
+from ogmkit.learn.plans.inference import predict_plans
+from ogmkit.learn.plans.objects import PlanJob, PlanObject, PlanStream, plan_object
 from ogmkit.learn.prediction_files import reported
 from ogmkit.learn.predictions import Choice
 from ogmkit.shards import schema

@@ -10,9 +10,9 @@ from ogmkit.errors import CheckpointError, OutputError, SettingsError, ShardErro
 from ogmkit.grid import GridSpec
 from ogmkit.learn.inference import open_run
 from ogmkit.learn.plan import Plan
-from ogmkit.learn.plan_inference import predict_plans
-from ogmkit.learn.plan_objects import PlanJob, drawn, json_list, plan_object, write_list
-from ogmkit.learn.plan_predictions import plans_of_shards
+from ogmkit.learn.plans.inference import predict_plans
+from ogmkit.learn.plans.objects import PlanJob, drawn, json_list, plan_object, write_list
+from ogmkit.learn.plans.shards import plans_of_shards
 from ogmkit.learn.predictions import Choice
 from ogmkit.shards.reader import Shard
 

@@ -16,9 +16,9 @@ from ogmkit.learn.image_folder import IMAGES, image_arrays, inputs_in
 from ogmkit.learn.image_homographies import given_homographies, homography_run, predicted_homographies
 from ogmkit.learn.image_inputs import GIVEN, ImageInputs, with_camera
 from ogmkit.learn.inference import Run, open_run, require_planner
-from ogmkit.learn.plan_file import PlanFile, read_plan_file
-from ogmkit.learn.plan_inference import predict_plan_batch, require_finite_plan
-from ogmkit.learn.plan_objects import PlanJob, PlanStream, plan_object
+from ogmkit.learn.plans.file import PlanFile, read_plan_file
+from ogmkit.learn.plans.inference import predict_plan_batch, require_finite_plan
+from ogmkit.learn.plans.objects import PlanJob, PlanStream, plan_object
 from ogmkit.nuscenes.names import unknown
 
 

@@ -12,9 +12,9 @@ from ogmkit.errors import CheckpointError, DataFileError, SettingsError, TableEr
 from ogmkit.geometry.camera import image_from_ground
 from ogmkit.grid import GridSpec
 from ogmkit.learn.inference import open_run, predict_frames
-from ogmkit.learn.plan_folder import plan_of_images
-from ogmkit.learn.plan_objects import PlanJob
-from ogmkit.learn.plan_predictions import plans_of_shards
+from ogmkit.learn.plans.folder import plan_of_images
+from ogmkit.learn.plans.objects import PlanJob
+from ogmkit.learn.plans.shards import plans_of_shards
 from ogmkit.learn.predictions import Choice
 from ogmkit.shards.reader import Shard
 
@@ -335,7 +335,7 @@ def test_a_network_that_gives_no_numbers_is_refused(tmp_path, images, known, pla
 
 
 def test_the_documented_file_leads_to_a_plan(tmp_path, runs, plan):
-    text = (Path(__file__).parents[2] / "docs" / "predict.md").read_text(encoding="utf-8")
+    text = (Path(__file__).parents[3] / "docs" / "predict.md").read_text(encoding="utf-8")
     section = re.search(r"^## Plans\n(.*?)^## ", text, re.MULTILINE | re.DOTALL)[1]
     (example,) = re.findall(r"^```json\n(.*?)^```", section, re.MULTILINE | re.DOTALL)
     images = tmp_path / "images"
