@@ -1,5 +1,6 @@
 """A plan from a user's own six images."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -98,7 +99,12 @@ def _six_images(folder: Path) -> tuple[Path, ...]:
             f"{folder}: holds {len(paths)} images; a plan takes {SEQUENCE}, 0.5 s apart, oldest first by "
             "their names"
         )
-    return paths
+    return tuple(sorted(paths, key=_counted))
+
+
+def _counted(path: Path) -> list[tuple[str, int]]:
+    """A key by which 9.jpg comes before 10.jpg."""
+    return [(text, int(number or -1)) for text, number in re.findall(r"(\D*)(\d*)", path.name)]
 
 
 def _homographies(

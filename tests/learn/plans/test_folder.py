@@ -115,6 +115,16 @@ def numbers(one):
     return np.array([list(point.values()) for point in one["plan"]])
 
 
+def test_images_that_are_counted_come_in_the_order_of_their_numbers(tmp_path, runs, known, plan, images):
+    folder = tmp_path / "counted"
+    folder.mkdir()
+    for place in range(6):
+        shutil.copy(images / f"{place}.jpg", folder / f"run2_{8 + place}.jpg")
+    one = plan(runs["end-to-end"], known, folder)
+    assert one["files"] == [f"run2_{number}.jpg" for number in range(8, 14)]
+    assert numbers(one).tolist() == numbers(plan(runs["end-to-end"], known)).tolist()
+
+
 @pytest.mark.parametrize("system", ["lstm-ed", "end-to-end", "end-to-end-np", "holistic", "holistic-cv"])
 def test_six_images_are_planned_from_as_those_of_shards(plan_shards, runs, known, plan, system):
     choice = Choice((SCENE,))
