@@ -1,0 +1,87 @@
+"""Which planner is better where: differences of ADE on the same sequences, with intervals by scene.
+
+`python benchmarks/planning_pairs.py [FOLDER]`, on the runs that `benchmarks/planning.py` trained; names that
+end in a seed are averaged.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from ogmkit.evaluation.bootstrap import estimate
+from ogmkit.evaluation.planning.controls import cubic
+from ogmkit.evaluation.planning.planners import open_planners, plans_of
+from ogmkit.evaluation.planning.sequences import sequences_of
+
+PAIRS = (
+    ("mid-to-end", "lstm-ed"),
+    ("mid-to-end-short", "lstm-ed-short"),
+    ("holistic", "lstm-ed-short"),
+    ("holistic", "holistic-cv"),
+    ("holistic", "end-to-end"),
+    ("mid-to-end", "mid-to-end-np"),
+    ("holistic", "holistic-np"),
+    ("end-to-end", "end-to-end-np"),
+)
+SPEED_M, SIDE_M = 0.7, 0.5
+"""How far a cubic must stray along or across for speed or course to count as changing."""
+
+
+def kinds_of(sequences):
+    """{kind: (N,) which sequences are of it}, by how far a cubic strays from what was driven."""
+    strays = np.abs(cubic(sequences.past, sequences.destination) - sequences.truth).max(axis=1)
+    speed, course = strays[:, 0] > SPEED_M, strays[:, 1] > SIDE_M
+    return {
+        "all": np.ones(len(sequences), dtype=bool),
+        "speed changes": speed,
+        "course changes": course,
+        "neither": ~speed & ~course,
+    }
+
+
+def distances_of(folder, sequences):
+    """{system: (N,) mean distance to the truth up to 2.5 s, over its seeds}, metres."""
+    shards = folder / "shards"
+    runs = sorted(path.parent for path in folder.glob("*/best.ckpt"))
+    runs = [run for run in runs if run.name not in ("homography", "footprints")]
+    planners = open_planners(runs, shards, "test", sequences, homography=None, reserved=())
+    found = {}
+    for planner in planners:
+        plans = plans_of(
+            planner, shards, sequences, batch_size=16, workers=0, limit=None, tick=lambda *_: None
+        )
+        errors = np.stack([plan.mean for plan in plans]) - sequences.truth
+        system = planner.path.name.rstrip("0123456789").rstrip("-")
+        found.setdefault(system, []).append(np.linalg.norm(errors, axis=-1).mean(axis=1))
+    return {system: np.mean(values, axis=0) for system, values in found.items()}
+
+
+def difference(values, chosen, scene, scenes):
+    """Mean of the chosen values with its interval, as text."""
+    sums = np.zeros((scenes, 2))
+    np.add.at(sums, scene[chosen], np.column_stack([values[chosen], np.ones(np.count_nonzero(chosen))]))
+    with np.errstate(invalid="ignore"):  # a draw of scenes without any is left out
+        found = estimate(sums, lambda drawn: drawn[..., 0] / drawn[..., 1])
+    return f"{found.value:+.3f} [{found.low:+.3f}, {found.high:+.3f}]"
+
+
+def main():
+    folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".bench/planning").resolve()
+    sequences = sequences_of(
+        folder / "shards", split="test", split_file=folder / "splits.json", cameras=(), limit=None
+    )
+    kinds, distances = kinds_of(sequences), distances_of(folder, sequences)
+    print("ADE in metres, mean up to 2.5 s, and differences with their 95 % intervals by scene:\n")
+    print("| |", *(f"{kind} ({np.count_nonzero(chosen)}) |" for kind, chosen in kinds.items()))
+    print("| --- |", *["---: |"] * len(kinds))
+    for system, values in distances.items():
+        print(f"| {system} |", *(f"{values[chosen].mean():.3f} |" for chosen in kinds.values()))
+    for one, other in PAIRS:
+        away = distances[one] - distances[other]
+        texts = (difference(away, chosen, sequences.scene, sequences.scenes) for chosen in kinds.values())
+        print(f"| {one} − {other} |", *(f"{text} |" for text in texts))
+
+
+if __name__ == "__main__":
+    main()
