@@ -31,16 +31,20 @@ SEEDS = range(3)
 
 
 def past_planners():
-    """Trainings from the past alone; the short one sees as many sequences as those from images."""
-    seeded = {f"lstm-ed-{seed}": ["lstm-ed", *LONG, "--seed", seed] for seed in SEEDS}
-    return seeded | {"lstm-ed-short": ["lstm-ed", *SHORT]}
+    """Trainings from the past alone; the short ones see as many sequences as those from images."""
+    return {
+        **{f"lstm-ed-{seed}": ["lstm-ed", *LONG, "--seed", seed] for seed in SEEDS},
+        **{f"lstm-ed-short-{seed}": ["lstm-ed", *SHORT, "--seed", seed] for seed in SEEDS},
+    }
 
 
 def mask_planners():
-    """Trainings from true masks; one is short as that of the past alone."""
-    seeded = {f"mid-to-end-{seed}": ["mid-to-end", *LONG, "--seed", seed] for seed in SEEDS}
-    no_past = {f"mid-to-end-np-{seed}": [*seeded[f"mid-to-end-{seed}"], "--no-past"] for seed in SEEDS}
-    return seeded | no_past | {"mid-to-end-short": ["mid-to-end", *SHORT]}
+    """Trainings from true masks; some are short as those of the past alone."""
+    return {
+        **{f"mid-to-end-{seed}": ["mid-to-end", *LONG, "--seed", seed] for seed in SEEDS},
+        **{f"mid-to-end-np-{seed}": ["mid-to-end", *LONG, "--seed", seed, "--no-past"] for seed in SEEDS},
+        **{f"mid-to-end-short-{seed}": ["mid-to-end", *SHORT, "--seed", seed] for seed in SEEDS},
+    }
 
 
 def image_planners(folder):
