@@ -37,6 +37,7 @@ def batches_of(shards, spec):
         ("end-to-end", 700, False),
         ("end-to-end", 700, True),
         ("holistic", 700, False),
+        ("holistic", 700, True),
         ("holistic-cv", 700, False),
     ],
 )
