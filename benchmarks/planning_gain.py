@@ -8,7 +8,6 @@ planner that sees masks has to reach, but it shows that there is something to se
 
 import json
 import sys
-from itertools import takewhile
 from pathlib import Path
 
 import numpy as np
@@ -28,11 +27,21 @@ MIRRORED = (1, *(3 + BACK + 5 * number + 1 for number in range(STANDING)))
 EPOCHS, BATCH, WIDTH, SEEDS = 60, 32, 128, range(3)
 
 
+def trail(instance, boxes):
+    """Where a vehicle is at a frame and those before, as far back as it is known without a gap."""
+    places = []
+    for frame in boxes:
+        if instance not in frame:
+            break
+        places.append(frame[instance][:2])
+    return places
+
+
 def tell(boxes, times_s):
     """Numbers about vehicles, from {instance: (x, y, heading, width, length)} of a frame and those before."""
     leader, standing = None, []
     for instance, (x, y, heading, width, length) in boxes[0].items():
-        places = [frame[instance][:2] for frame in takewhile(lambda frame: instance in frame, boxes)]  # noqa: B023
+        places = trail(instance, boxes)
         speeds = np.linalg.norm(np.diff(places, axis=0), axis=1) / -np.diff(times_s[: len(places)])
         if not len(speeds) or np.mean(speeds) < STILL_M_S:
             if AHEAD_M[0] < x < AHEAD_M[1] and abs(y) < NEAR_M:
@@ -97,9 +106,9 @@ def errors_m(train, test, *, is_told, seed):
     (base, more), (test_base, test_more) = inputs(*train), inputs(*test)
     target = train[1][:, :STEPS].reshape(len(base), -1)
     linear = np.linalg.lstsq(base, target, rcond=None)[0]
-    given, test_given = ((base, test_base), (np.hstack([base, more]), np.hstack([test_base, test_more])))[
-        is_told
-    ]
+    given, test_given = base, test_base
+    if is_told:
+        given, test_given = np.hstack([base, more]), np.hstack([test_base, test_more])
     mean, spread = given.mean(0), given.std(0) + 1e-3
     given, test_given = (torch.from_numpy((part - mean) / spread) for part in (given, test_given))
     rest = torch.from_numpy(target - base @ linear)

@@ -60,7 +60,8 @@ def test_a_network_that_gives_no_numbers_is_named(tmp_path, plan_shards, make_ru
     run = make_run(
         tmp_path / "run", "lstm-ed", grid, CAMERAS, lambda net: next(net.parameters()).fill_(torch.nan)
     )
-    with pytest.raises(CheckpointError, match=r"best.ckpt: its plan for scene-\d+ CAM_FRONT frame"):
+    message = r"best.ckpt: its plan for scene-\d+ CAM_FRONT frame \d+ is not finite"
+    with pytest.raises(CheckpointError, match=message):
         evaluate_plans(plan_shards, [run])
 
 
