@@ -1,6 +1,7 @@
 """What homography methods are worth: errors of left-out boxes by range, as a picture."""
 
 import math
+from bisect import bisect_right
 from collections.abc import Iterable, Sequence
 
 import numpy as np
@@ -18,9 +19,11 @@ DOT_RADIUS = 7.0
 _MARGIN, _TOP, _BOTTOM = 40, 222, 96
 _NAMES, _PLOT, _REFUSED, _GAP = 184, 420, 104, 32
 _ROW = 68
-_PAD = 68  # at either end of an axis: a number beside the outermost dot
+_PAD = 80  # at either end of an axis: a number beside the outermost dot
 _TITLE_SIZE, _TEXT_SIZE, _SMALL_SIZE = 40, 22, 18
-_TICKS_M = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
+_TICKS_M = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
+_DECADES_M = _TICKS_M[::3]
+_MOST_TICKS = 7  # beyond, their numbers would run into each other
 
 
 class Axis:
@@ -30,17 +33,16 @@ class Axis:
         values_m: what it must hold; zero, infinite and missing ones don't count.
 
     Attributes:
-        ticks_m: round values in order, at least two; all values lie between the first and the last, as far
-            as a centimetre and a kilometre.
+        ticks_m: round values in order, at least two, powers of ten where there would be too many; all values
+            lie between the first and the last, as far as a millimetre and a kilometre.
     """
 
     def __init__(self, values_m: Iterable[float]) -> None:
         known = [value for value in values_m if 0 < value < math.inf] or [1.0]
-        below = [place for place, tick in enumerate(_TICKS_M[:-1]) if tick <= min(known)]
-        above = [place for place, tick in enumerate(_TICKS_M) if tick > max(known)]
-        first = below[-1] if below else 0
-        last = above[0] if above else len(_TICKS_M) - 1
-        self.ticks_m = _TICKS_M[first : last + 1]
+        ticks_m = _enclosing(_TICKS_M, min(known), max(known))
+        self.ticks_m = (
+            ticks_m if len(ticks_m) <= _MOST_TICKS else _enclosing(_DECADES_M, min(known), max(known))
+        )
 
     def pixel(self, value_m: float) -> int:
         """Pixels from the left end of the axis; what lies beyond its ticks is drawn at the outermost."""
@@ -77,7 +79,7 @@ def _draw_heading(canvas: Canvas, summary: HomographySummary) -> None:
     frames, shards = summary.methods[0].frames, summary.shards
     note = (
         "error on the plane of a vehicle's ground corners, mapped by the homography fitted without it · "
-        f"{frames} frames in {shards} shard{'s' if shards > 1 else ''}"
+        f"{frames} frame{'s' if frames != 1 else ''} in {shards} shard{'s' if shards != 1 else ''}"
     )
     canvas.text(note, _MARGIN, _MARGIN + 72, _TEXT_SIZE, MUTED)
 
@@ -131,6 +133,13 @@ def _draw_legend(canvas: Canvas, baseline: int) -> None:
         x += 26
         x += canvas.text(label, x, baseline, _TEXT_SIZE, MUTED) + 28
     canvas.text("metres, on a logarithmic scale", x, baseline, _TEXT_SIZE, MUTED)
+
+
+def _enclosing(ticks_m: Sequence[float], least_m: float, most_m: float) -> tuple[float, ...]:
+    """Those ticks, of given ones, between which both values lie, as far as there are any."""
+    first = max(bisect_right(ticks_m, least_m, hi=len(ticks_m) - 1) - 1, 0)
+    last = min(bisect_right(ticks_m, most_m), len(ticks_m) - 1)
+    return tuple(ticks_m[first : last + 1])
 
 
 def _metres(value: float) -> str:

@@ -39,16 +39,20 @@ def dots(pixels, colour):
         ([], (1, 2)),
         ([math.nan, math.inf, 0.0], (1, 2)),
         ([math.nan, 0.3, math.inf], (0.2, 0.5)),
+        ([0.004, 0.03], (0.002, 0.005, 0.01, 0.02, 0.05)),
+        ([1.0, 99.0], (1, 2, 5, 10, 20, 50, 100)),
+        ([1.0, 100.0], (1, 10, 100, 1000)),
+        ([0.004, 30.0], (0.001, 0.01, 0.1, 1, 10, 100)),
     ],
 )
 def test_ticks_are_round_and_enclose_the_values(values, ticks):
     assert Axis(values).ticks_m == ticks
 
 
-def test_ticks_end_at_a_centimetre_and_a_kilometre():
+def test_ticks_end_at_a_millimetre_and_a_kilometre():
     ticks = Axis([1e-9, 1e9]).ticks_m
 
-    assert (ticks[0], ticks[-1]) == (0.01, 1000)
+    assert (ticks[0], ticks[-1]) == (0.001, 1000)
 
 
 def test_the_axis_is_logarithmic_and_beyond_its_ends_values_stop():
