@@ -33,6 +33,9 @@ if TYPE_CHECKING:
     from ogmkit.shards.settings import Compression
     from ogmkit.targets import ImagesMode
 
+_NAMED = 3
+"""Scenes by name, of those that failed for one reason."""
+
 
 @click.command()
 @dataroot_argument
@@ -123,8 +126,8 @@ def command(
                 on_progress=advance,
             )
     _show(_summary_lines(summary))
-    for failure in summary.failures:
-        click.echo(f"ogmkit: {one_line(f'{failure.scene} failed: {failure.error}')}", err=True)
+    for line in _failure_lines(summary):
+        click.echo(f"ogmkit: {line}", err=True)
     if summary.failures:
         raise click.exceptions.Exit(1)
 
@@ -147,6 +150,17 @@ def _plan_lines(scenes: Sequence[ScenePlan]) -> Iterator[tuple[str, str]]:
     writing = [scene for scene in scenes if scene.action in ("write", "replace")]
     frames = sum(scene.frames for scene in writing)
     yield "in all", f"{len(writing)} of {len(scenes)} scenes to write, {frames} frames"
+
+
+def _failure_lines(summary: ExtractSummary) -> Iterator[str]:
+    """A line a reason: where a map is missing, that of hundreds of scenes is the same."""
+    scenes_of: dict[str, list[str]] = {}
+    for failure in summary.failures:
+        scenes_of.setdefault(str(failure.error), []).append(failure.scene)
+    for error, scenes in scenes_of.items():
+        names = ", ".join(scenes[:_NAMED])
+        others = f" and {len(scenes) - _NAMED} more" if len(scenes) > _NAMED else ""
+        yield one_line(f"{names}{others} failed: {error}")
 
 
 def _summary_lines(summary: ExtractSummary) -> Iterator[tuple[str, str]]:
