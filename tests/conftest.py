@@ -1,5 +1,6 @@
 """Fixtures that several folders of tests share; test modules import nothing from each other."""
 
+import hashlib
 import json
 from pathlib import Path
 
@@ -93,6 +94,16 @@ def edit_table():
         return path
 
     return edit
+
+
+@pytest.fixture(scope="session")
+def contents():
+    """Fingerprints of a folder's files by name: `contents(folder)`."""
+
+    def fingerprints(folder):
+        return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in folder.iterdir()}
+
+    return fingerprints
 
 
 @pytest.fixture(scope="session")

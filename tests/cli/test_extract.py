@@ -1,4 +1,3 @@
-import hashlib
 import os
 import re
 import shutil
@@ -6,13 +5,11 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
 from ogmkit_cli.main import main
 
-OGMKIT = Path(sys.executable).with_name("ogmkit")
 MOMENTS = 10
 FULL_DISK = """
 import resource, signal, sys
@@ -50,10 +47,6 @@ def ogmkit(arguments):
     return run
 
 
-def contents(out):
-    return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in out.iterdir()}
-
-
 def test_it_ends_with_a_summary(tmp_path, ogmkit):
     result = ogmkit(tmp_path / "out")
     assert (result.exit_code, result.stderr) == (0, "")
@@ -73,7 +66,7 @@ def test_a_dry_run_writes_nothing(tmp_path, ogmkit):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_dry_run_tells_what_is_there(tmp_path, ogmkit):
+def test_a_dry_run_tells_what_is_there(tmp_path, ogmkit, contents):
     ogmkit(tmp_path, "--split", "train")
     before = contents(tmp_path)
     result = ogmkit(tmp_path, "--dry-run")
@@ -92,6 +85,28 @@ def test_a_failed_scene_is_named_on_stderr(tmp_path, tiny_dataroot, ogmkit):
     (line,) = result.stderr.splitlines()
     assert re.match(r"ogmkit: scene-\d+ failed: .*\.jpg: .*--images none", line)
     assert len(list((tmp_path / "out").glob("*.h5"))) == 1
+
+
+@pytest.mark.parametrize(
+    ("named", "expected"), [(2, r"scene-\d+, scene-\d+ failed: .*"), (1, r"scene-\d+ and 1 more failed: .*")]
+)
+def test_scenes_that_fail_for_one_reason_take_one_line(
+    tmp_path, tiny_dataroot, ogmkit, edit_table, monkeypatch, named, expected
+):
+    def share(records):
+        records[0]["log_tokens"] = [token for record in records for token in record["log_tokens"]]
+        del records[1:]
+
+    monkeypatch.setattr("ogmkit_cli.extract._NAMED", named)
+    root = shutil.copytree(tiny_dataroot, tmp_path / "root")
+    edit_table(root, "map", share)
+    for path in root.glob("maps/*.png"):
+        path.unlink()
+    result = ogmkit(tmp_path / "out", dataroot=root)
+    assert result.exit_code == 1
+    (line,) = result.stderr.splitlines()
+    assert re.fullmatch(rf"ogmkit: {expected}", line)
+    assert ".png: " in line
 
 
 @pytest.mark.parametrize("options", [[], ["--dry-run"]])
@@ -133,7 +148,7 @@ def test_unknown_names_take_one_line(tmp_path, ogmkit, option, message):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_full_disk_leaves_old_shards_intact(tmp_path, ogmkit, arguments):
+def test_a_full_disk_leaves_old_shards_intact(tmp_path, ogmkit, arguments, contents):
     out = tmp_path / "out"
     assert ogmkit(out).exit_code == 0
     before = contents(out)
@@ -143,32 +158,6 @@ def test_a_full_disk_leaves_old_shards_intact(tmp_path, ogmkit, arguments):
     assert "can't be written: File too large" in run.stderr
     assert run.stderr.count("\n") == 1
     assert {name: digest for name, digest in contents(out).items() if not name.startswith(".")} == before
-
-
-class Process:
-    """The command in a process group of its own."""
-
-    def __init__(self, arguments):
-        self._popen = subprocess.Popen([OGMKIT, *arguments], stderr=subprocess.PIPE, start_new_session=True)
-
-    @property
-    def pid(self):
-        return self._popen.pid
-
-    def running(self):
-        return self._popen.poll() is None
-
-    def send(self, number):
-        """Signal the whole group, as a terminal does; False where it has ended."""
-        running = self.running()
-        if running:
-            os.killpg(self._popen.pid, number)
-        return running
-
-    def finish(self):
-        """Its exit code and what it wrote to stderr."""
-        _, errors = self._popen.communicate(timeout=60)
-        return self._popen.returncode, errors.decode()
 
 
 @pytest.fixture
@@ -183,13 +172,13 @@ def slow_arguments(arguments):
     return build
 
 
-def test_killed_at_ten_moments_and_finished_it_is_as_undisturbed(tmp_path, slow_arguments):
+def test_killed_at_ten_moments_and_finished_it_is_as_undisturbed(tmp_path, slow_arguments, contents, start):
     started = time.monotonic()
-    assert Process(slow_arguments(tmp_path / "whole")).finish() == (0, "")
+    assert start(*slow_arguments(tmp_path / "whole")).finish() == (0, "")
     run_time_s = time.monotonic() - started
     out, hits = tmp_path / "out", 0
     for moment in range(MOMENTS):
-        killed = Process(slow_arguments(out))
+        killed = start(*slow_arguments(out))
         time.sleep(run_time_s * (moment + 0.5) / MOMENTS)
         hits += killed.send(signal.SIGKILL)
         killed.finish()
@@ -197,14 +186,14 @@ def test_killed_at_ten_moments_and_finished_it_is_as_undisturbed(tmp_path, slow_
             for shard in out.glob("*.h5"):
                 shard.unlink()
     assert hits > MOMENTS / 2
-    assert Process(slow_arguments(out)).finish() == (0, "")
+    assert start(*slow_arguments(out)).finish() == (0, "")
     assert contents(out) == contents(tmp_path / "whole")
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_ctrl_c_ends_at_once_with_whole_shards_only(tmp_path, slow_arguments, workers):
+def test_ctrl_c_ends_at_once_with_whole_shards_only(tmp_path, slow_arguments, workers, start):
     out = tmp_path / "out"
-    process = Process(slow_arguments(out, workers))
+    process = start(*slow_arguments(out, workers))
     while not list(out.glob(".scene-*.part")):
         assert process.running()
         time.sleep(0.002)
@@ -214,12 +203,12 @@ def test_ctrl_c_ends_at_once_with_whole_shards_only(tmp_path, slow_arguments, wo
     assert {name for name in names if not name.endswith(".h5")} == {".ogmkit-extract.json"}
 
 
-def test_workers_end_with_their_parent(tmp_path, slow_arguments):
+def test_workers_end_with_their_parent(tmp_path, slow_arguments, start):
     out = tmp_path / "out"
-    process = Process(slow_arguments(out))
+    process = start(*slow_arguments(out))
     while not list(out.glob(".scene-*.part")):
         assert process.running()
         time.sleep(0.002)
     os.kill(process.pid, signal.SIGKILL)
     process.finish()  # waits for all that hold its stderr
-    assert Process(slow_arguments(out)).finish()[0] == 0
+    assert start(*slow_arguments(out)).finish()[0] == 0

@@ -1,6 +1,5 @@
 import hashlib
 import json
-import os
 import re
 import shutil
 import signal
@@ -22,7 +21,6 @@ from ogmkit.pipeline.homography_fit import DEFAULT_METHODS
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.verify import verify_folder
 
-OGMKIT = Path(sys.executable).with_name("ogmkit")
 MOMENTS = 10
 FULL_DISK = """
 import resource, signal, sys
@@ -33,18 +31,6 @@ main(sys.argv[1:])
 """
 
 
-@pytest.fixture(scope="module")
-def extracted(tmp_path_factory, tiny_dataroot):
-    """Shards of two cameras; tests only read them."""
-    out = tmp_path_factory.mktemp("extracted") / "out"
-    grid = ["--cell-size", "0.5", "--rows", "60", "--columns", "40"]
-    cameras = ["--camera", "CAM_FRONT", "--camera", "CAM_BACK"]
-    cache = ["--cache-dir", str(tmp_path_factory.mktemp("cache"))]
-    result = CliRunner().invoke(main, ["extract", str(tiny_dataroot), str(out), *grid, *cameras, *cache])
-    assert result.exit_code == 0, result.output
-    return out
-
-
 @pytest.fixture
 def out(tmp_path, extracted):
     return shutil.copytree(extracted, tmp_path / "out")
@@ -52,10 +38,6 @@ def out(tmp_path, extracted):
 
 def run(out, *more):
     return CliRunner().invoke(main, ["homography-fit", str(out), *map(str, more)])
-
-
-def contents(out):
-    return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in out.iterdir()}
 
 
 def test_the_options_have_the_librarys_defaults():
@@ -176,7 +158,7 @@ def without_boxes(out):
     path = min(out.glob("*.h5"))
     with h5py.File(path, "r+") as h5:
         del h5["CAM_FRONT/boxes"]
-    known = {"bytes": path.stat().st_size, "sha256": contents(out)[path.name]}
+    known = {"bytes": path.stat().st_size, "sha256": hashlib.sha256(path.read_bytes()).hexdigest()}
     edit_manifest(out, lambda content: content["shards"][0].update(known))
     return []
 
@@ -200,7 +182,7 @@ def unknown_camera(out):
         (lambda out: ["--max-distance", "inf"], "max_distance_m: inf m is not a positive distance"),
     ],
 )
-def test_bad_input_takes_one_line_and_loses_nothing(out, spoil, message):
+def test_bad_input_takes_one_line_and_loses_nothing(out, spoil, message, contents):
     options = spoil(out)
     before = contents(out)
     result = run(out, *options)
@@ -217,7 +199,7 @@ def test_bad_options_are_usage_errors(out, option):
     assert run(out, *option).exit_code == 2
 
 
-def test_a_full_disk_leaves_old_shards_intact(out):
+def test_a_full_disk_leaves_old_shards_intact(out, contents):
     before = contents(out)
     run_full = subprocess.run(
         [sys.executable, "-c", FULL_DISK, "homography-fit", out], capture_output=True, text=True, check=False
@@ -230,32 +212,17 @@ def test_a_full_disk_leaves_old_shards_intact(out):
     assert verify_folder(out) == ()
 
 
-def start(out, *more):
-    """The command in a process group of its own."""
-    arguments = [OGMKIT, "homography-fit", out, *more]
-    return subprocess.Popen(
-        arguments, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True
-    )
-
-
-def finish(process):
-    _, errors = process.communicate(timeout=60)
-    return process.returncode, errors.decode()
-
-
-def test_killed_at_ten_moments_and_finished_it_is_as_undisturbed(tmp_path, out, extracted):
+def test_killed_at_ten_moments_and_finished_it_is_as_undisturbed(tmp_path, out, extracted, contents, start):
     whole = shutil.copytree(extracted, tmp_path / "whole")
     started = time.monotonic()
-    assert finish(start(whole, "--workers", "2")) == (0, "")
+    assert start("homography-fit", whole, "--workers", "2").finish() == (0, "")
     run_time_s = time.monotonic() - started
     hits = 0
     for moment in range(MOMENTS):
-        process = start(out, "--workers", "2")
+        process = start("homography-fit", out, "--workers", "2")
         time.sleep(run_time_s * (moment + 0.5) / MOMENTS)
-        if process.poll() is None:
-            os.killpg(process.pid, signal.SIGKILL)
-            hits += 1
-        finish(process)
+        hits += process.send(signal.SIGKILL)
+        process.finish()
         for path in out.glob("*.h5"):
             with Shard(path) as shard:  # whole: the old one or the new one
                 assert len(shard.added("CAM_FRONT", "homography")) in (0, len(DEFAULT_METHODS))
@@ -263,18 +230,18 @@ def test_killed_at_ten_moments_and_finished_it_is_as_undisturbed(tmp_path, out, 
             shutil.rmtree(out)
             shutil.copytree(extracted, out)
     assert hits > MOMENTS / 3  # a machine that is less busy than at first finishes before the late ones
-    assert finish(start(out, "--workers", "2")) == (0, "")
+    assert start("homography-fit", out, "--workers", "2").finish() == (0, "")
     assert contents(out) == contents(whole)
 
 
 @pytest.mark.parametrize("workers", ["1", "2"])
-def test_ctrl_c_ends_at_once_with_whole_shards_only(out, workers):
-    process = start(out, "--workers", workers, "--method", "surface")
+def test_ctrl_c_ends_at_once_with_whole_shards_only(out, workers, start):
+    process = start("homography-fit", out, "--workers", workers, "--method", "surface")
     while not list(out.glob(".scene-*.part")):
-        assert process.poll() is None
+        assert process.running()
         time.sleep(0.001)
-    os.killpg(process.pid, signal.SIGINT)
-    assert finish(process) == (130, "ogmkit: interrupted\n")
+    process.send(signal.SIGINT)
+    assert process.finish() == (130, "ogmkit: interrupted\n")
     names = {path.name for path in out.iterdir() if path.suffix != ".h5"}
     assert names == {"manifest.json", ".ogmkit-amend.json"}
     assert run(out, "--method", "surface").exit_code == 0

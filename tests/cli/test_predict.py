@@ -1,13 +1,8 @@
-import hashlib
 import json
-import os
 import re
 import shutil
 import signal
-import subprocess
-import sys
 import time
-from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
@@ -21,7 +16,6 @@ from ogmkit.grid import GridSpec
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.verify import verify_folder
 
-OGMKIT = Path(sys.executable).with_name("ogmkit")
 GRID = GridSpec(0.5, 60, 40, 60.0, 40 * 6 / 11)
 MOMENTS = 4
 
@@ -63,10 +57,6 @@ def out(tmp_path, fitted):
 
 def run(*arguments):
     return CliRunner().invoke(main, ["predict", *map(str, arguments)])
-
-
-def contents(out):
-    return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in out.iterdir()}
 
 
 def test_homographies_are_added_and_shown(out, runs):
@@ -132,7 +122,9 @@ def test_options_that_have_no_effect_are_usage_errors(tmp_path, fitted, runs):
         ("ved", "ved", ["--scenes", "scene-9"], "unknown scene 'scene-9'"),
     ],
 )
-def test_bad_input_takes_one_line_and_loses_nothing(tmp_path, out, runs, system, checkpoint, more, message):
+def test_bad_input_takes_one_line_and_loses_nothing(
+    tmp_path, out, runs, system, checkpoint, more, message, contents
+):
     before = contents(out)
     place = [] if system == "homography" else ["--out", tmp_path / "folder"]
     result = run(system, out, "--checkpoint", runs[checkpoint], *place, *more)
@@ -143,42 +135,23 @@ def test_bad_input_takes_one_line_and_loses_nothing(tmp_path, out, runs, system,
     assert not (tmp_path / "folder").exists()
 
 
-def start(out, checkpoint):
-    """The command in a process group of its own."""
-    arguments = [OGMKIT, "predict", "homography", out, "--checkpoint", checkpoint, "--batch-size", "1"]
-    return subprocess.Popen(
-        arguments,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        start_new_session=True,
-        env={**os.environ, "OMP_NUM_THREADS": "1"},
-    )
-
-
-def finish(process):
-    _, errors = process.communicate(timeout=60)
-    return process.returncode, errors.decode()
-
-
 @pytest.mark.slow
-def test_killed_and_finished_it_is_as_undisturbed(tmp_path, out, fitted, runs):
-    checkpoint = runs["homography"]
+def test_killed_and_finished_it_is_as_undisturbed(tmp_path, out, fitted, runs, contents, start):
+    options = ["--checkpoint", runs["homography"], "--batch-size", "1"]
     whole = shutil.copytree(fitted, tmp_path / "whole")
     started = time.monotonic()
-    assert finish(start(whole, checkpoint)) == (0, "")
+    assert start("predict", "homography", whole, *options).finish() == (0, "")
     run_time_s = time.monotonic() - started
     hits = 0
     for moment in range(MOMENTS):
-        process = start(out, checkpoint)
+        process = start("predict", "homography", out, *options)
         time.sleep(run_time_s * (0.7 + 0.3 * moment / MOMENTS))  # most of the time torch is imported
-        if process.poll() is None:
-            os.killpg(process.pid, signal.SIGKILL)
-            hits += 1
-        finish(process)
+        hits += process.send(signal.SIGKILL)
+        process.finish()
         for path in out.glob("*.h5"):
             with Shard(path) as shard:  # whole: the old one or the new one
                 assert shard.added("CAM_FRONT", "homography") in (("surface",), ("network", "surface"))
     assert hits
-    assert finish(start(out, checkpoint)) == (0, "")
+    assert start("predict", "homography", out, *options).finish() == (0, "")
     assert contents(out) == contents(whole)
     assert verify_folder(out) == ()

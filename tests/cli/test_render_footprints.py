@@ -1,10 +1,6 @@
-import hashlib
-import os
 import re
 import shutil
 import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -17,23 +13,16 @@ from ogmkit.footprints.settings import FootprintSettings
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.verify import verify_folder
 
-OGMKIT = Path(sys.executable).with_name("ogmkit")
 MOMENTS = 10
 
 
 @pytest.fixture(scope="module")
-def fitted(tmp_path_factory, tiny_dataroot):
+def fitted(tmp_path_factory, extracted):
     """Shards of two cameras with homographies; tests only read them."""
-    out = tmp_path_factory.mktemp("fitted") / "out"
-    grid = ["--cell-size", "0.5", "--rows", "60", "--columns", "40", "--images", "none"]
-    cameras = ["--camera", "CAM_FRONT", "--camera", "CAM_BACK"]
-    cache = ["--cache-dir", str(tmp_path_factory.mktemp("cache"))]
-    for arguments in (
-        ["extract", str(tiny_dataroot), str(out), *grid, *cameras, *cache],
-        ["homography-fit", str(out), "--method", "surface", "--method", "robust"],
-    ):
-        result = CliRunner().invoke(main, arguments)
-        assert result.exit_code == 0, result.output
+    out = shutil.copytree(extracted, tmp_path_factory.mktemp("fitted") / "out")
+    arguments = ["homography-fit", str(out), "--method", "surface", "--method", "robust"]
+    result = CliRunner().invoke(main, arguments)
+    assert result.exit_code == 0, result.output
     return out
 
 
@@ -44,10 +33,6 @@ def out(tmp_path, fitted):
 
 def run(out, *more):
     return CliRunner().invoke(main, ["render-footprints", str(out), *map(str, more)])
-
-
-def contents(out):
-    return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in out.iterdir()}
 
 
 def test_the_options_have_the_librarys_defaults():
@@ -119,7 +104,7 @@ def other_settings(out):
         (lambda out: ["--camera", "CAM_TOP"], "unknown camera 'CAM_TOP'"),
     ],
 )
-def test_bad_input_takes_one_line_and_loses_nothing(out, spoil, message):
+def test_bad_input_takes_one_line_and_loses_nothing(out, spoil, message, contents):
     options = spoil(out)
     before = contents(out)
     result = run(out, *options)
@@ -133,33 +118,18 @@ def test_an_unknown_method_is_a_usage_error(out):
     assert run(out, "--method", "wrap").exit_code == 2
 
 
-def start(out, *more):
-    """The command in a process group of its own."""
-    arguments = [OGMKIT, "render-footprints", out, *more]
-    return subprocess.Popen(
-        arguments, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True
-    )
-
-
-def finish(process):
-    _, errors = process.communicate(timeout=60)
-    return process.returncode, errors.decode()
-
-
-def test_killed_at_ten_moments_and_finished_it_is_as_undisturbed(tmp_path, out, fitted):
+def test_killed_at_ten_moments_and_finished_it_is_as_undisturbed(tmp_path, out, fitted, contents, start):
     options = ["--workers", "2", "--scale", "0.25"]
     whole = shutil.copytree(fitted, tmp_path / "whole")
     started = time.monotonic()
-    assert finish(start(whole, *options)) == (0, "")
+    assert start("render-footprints", whole, *options).finish() == (0, "")
     run_time_s = time.monotonic() - started
     hits = 0
     for moment in range(MOMENTS):
-        process = start(out, *options)
+        process = start("render-footprints", out, *options)
         time.sleep(run_time_s * (moment + 0.5) / MOMENTS)
-        if process.poll() is None:
-            os.killpg(process.pid, signal.SIGKILL)
-            hits += 1
-        finish(process)
+        hits += process.send(signal.SIGKILL)
+        process.finish()
         for path in out.glob("*.h5"):
             with Shard(path) as shard:  # whole: the old one or the new one
                 assert shard.added("CAM_FRONT", "footprints") in ((), ("surface",))
@@ -167,6 +137,6 @@ def test_killed_at_ten_moments_and_finished_it_is_as_undisturbed(tmp_path, out, 
             shutil.rmtree(out)
             shutil.copytree(fitted, out)
     assert hits > MOMENTS / 3  # a machine that is less busy than at first finishes before the late ones
-    assert finish(start(out, *options)) == (0, "")
+    assert start("render-footprints", out, *options).finish() == (0, "")
     assert contents(out) == contents(whole)
     assert verify_folder(out) == ()

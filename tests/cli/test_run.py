@@ -1,11 +1,8 @@
 """`ogmkit run`: what it shows, how it fails, and that a kill changes nothing."""
 
-import os
 import random
 import re
 import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -17,7 +14,7 @@ from ogmkit.shards.manifest import read_manifest
 
 pytest.importorskip("torch", reason="torch is not installed: pip install 'ogmkit[train]'")
 
-OGMKIT = Path(sys.executable).with_name("ogmkit")
+LONG_S = 600
 FILE = """
 data: {data}
 out: out
@@ -128,30 +125,13 @@ def test_needs_the_extra_train(write, monkeypatch):
     assert "pip install 'ogmkit[train]'" in result.stderr
 
 
-def start(folder):
-    """The command in a process group of its own."""
-    return subprocess.Popen(
-        [OGMKIT, "run", "chain.yaml"],
-        cwd=folder,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        start_new_session=True,
-        env=os.environ | {"OMP_NUM_THREADS": "1"},
-    )
-
-
-def finish(process):
-    _, errors = process.communicate(timeout=600)
-    return process.returncode, errors.decode()
-
-
-def test_ctrl_c_ends_cleanly_and_the_same_command_goes_on(write, tmp_path):
+def test_ctrl_c_ends_cleanly_and_the_same_command_goes_on(write, tmp_path, start):
     write("planners: [{system: lstm-ed, epochs: 100000}]", steps=100_000)
-    process = start(tmp_path)
-    while not Path("out/runs/lstm-ed/best.ckpt").exists() and process.poll() is None:
+    process = start("run", "chain.yaml", cwd=tmp_path)
+    while not Path("out/runs/lstm-ed/best.ckpt").exists() and process.running():
         time.sleep(0.02)
-    process.send_signal(signal.SIGINT)
-    code, errors = finish(process)
+    process.send(signal.SIGINT, group=False)
+    code, errors = process.finish(LONG_S)
     assert (code, errors.splitlines()[-1]) == (130, "ogmkit: interrupted")
     plan = run("--plan").stdout
     assert re.search(r"^train lstm-ed +to go on +was cut short$", plan, re.MULTILINE)
@@ -159,7 +139,7 @@ def test_ctrl_c_ends_cleanly_and_the_same_command_goes_on(write, tmp_path):
 
 
 @pytest.mark.slow
-def test_killed_at_five_random_moments_it_ends_with_the_same_tables(write, tmp_path, monkeypatch):
+def test_killed_at_five_random_moments_it_ends_with_the_same_tables(write, tmp_path, monkeypatch, start):
     folders = [tmp_path / "whole", tmp_path / "cut"]
     for folder in folders:
         folder.mkdir()
@@ -167,22 +147,22 @@ def test_killed_at_five_random_moments_it_ends_with_the_same_tables(write, tmp_p
         write(ALL, steps=4)
     whole, cut = folders
     began = time.monotonic()
-    assert finish(start(whole))[0] == 0
+    assert start("run", "chain.yaml", cwd=whole).finish(LONG_S)[0] == 0
     seconds = time.monotonic() - began
     chance = random.Random(0)
     codes = []
     for _ in range(5):
-        process = start(cut)
+        process = start("run", "chain.yaml", cwd=cut)
         time.sleep(chance.uniform(0.1, 0.5) * seconds)
-        os.killpg(process.pid, signal.SIGKILL)
-        codes.append(finish(process)[0])
+        process.send(signal.SIGKILL)
+        codes.append(process.finish(LONG_S)[0])
     assert -signal.SIGKILL in codes
-    code, errors = finish(start(cut))
+    code, errors = start("run", "chain.yaml", cwd=cut).finish(LONG_S)
     assert code == 0, errors
     files = sorted(path.relative_to(whole) for path in (whole / "out/tables").iterdir())
     assert len(files) == 10
     for file in files:
         assert (cut / file).read_bytes() == (whole / file).read_bytes(), file
     assert not list(cut.rglob("*.part"))
-    again = start(cut)
-    assert finish(again)[1].count("up to date") == len(errors.splitlines())
+    again = start("run", "chain.yaml", cwd=cut)
+    assert again.finish(LONG_S)[1].count("up to date") == len(errors.splitlines())

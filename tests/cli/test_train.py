@@ -1,11 +1,7 @@
-import os
 import re
 import shutil
 import signal
-import subprocess
-import sys
 import time
-from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
@@ -14,7 +10,6 @@ from ogmkit_cli.main import main
 pytest.importorskip("torch", reason="torch is not installed: pip install 'ogmkit[train]'")
 yaml = pytest.importorskip("yaml", reason="yaml is not installed: pip install 'ogmkit[train]'")
 
-OGMKIT = Path(sys.executable).with_name("ogmkit")
 TINY = ["--image-size", "64x96", "--encoder", "resnet18", "--workers", "0", "--batch-size", "2"]
 
 
@@ -140,26 +135,8 @@ def test_bad_input_takes_one_line(shards, tmp_path, spoil, message):
     assert re.search(message, result.stderr), result.stderr
 
 
-def start(shards, out):
-    """The command in a process group of its own."""
-    options = ["--epochs", "4", "--checkpoint-every", "2", "--colour", "0.3", "--optimizer", "adamw"]
-    arguments = [OGMKIT, "train", "footprints", shards, "--out", out, *TINY, *options]
-    return subprocess.Popen(
-        [*map(str, arguments)],
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        start_new_session=True,
-        env=os.environ | {"OMP_NUM_THREADS": "1"},
-    )
-
-
-def finish(process):
-    _, errors = process.communicate(timeout=120)
-    return process.returncode, errors.decode()
-
-
 def wait_for(path, process):
-    while not path.exists() and process.poll() is None:
+    while not path.exists() and process.running():
         time.sleep(0.01)
 
 
@@ -169,21 +146,23 @@ def weights(out):
     return read_checkpoint(out / "last.ckpt")[1]["state_dict"]
 
 
-def test_killed_and_interrupted_it_ends_with_the_same_weights(shards, tmp_path):
+def test_killed_and_interrupted_it_ends_with_the_same_weights(shards, tmp_path, start):
     import torch
 
+    options = ["--epochs", "4", "--checkpoint-every", "2", "--colour", "0.3", "--optimizer", "adamw"]
+    arguments = ["train", "footprints", shards, *TINY, *options, "--out"]
     whole, cut = tmp_path / "whole", tmp_path / "cut"
-    assert finish(start(shards, whole)) == (0, "")
-    process = start(shards, cut)
+    assert start(*arguments, whole).finish() == (0, "")
+    process = start(*arguments, cut)
     wait_for(cut / "last.ckpt", process)
-    os.killpg(process.pid, signal.SIGKILL)
-    assert finish(process)[0] in (-signal.SIGKILL, 0)
-    process = start(shards, cut)
+    process.send(signal.SIGKILL)
+    assert process.finish()[0] in (-signal.SIGKILL, 0)
+    process = start(*arguments, cut)
     wait_for(cut / "samples.png", process)
     time.sleep(0.1)
-    process.send_signal(signal.SIGINT)
-    assert finish(process) in ((130, "ogmkit: interrupted\n"), (0, ""))
-    assert finish(start(shards, cut)) == (0, "")
+    process.send(signal.SIGINT, group=False)
+    assert process.finish() in ((130, "ogmkit: interrupted\n"), (0, ""))
+    assert start(*arguments, cut).finish() == (0, "")
     left, right = weights(whole), weights(cut)
     assert all(torch.equal(left[name], right[name]) for name in left)
     assert not [path.name for path in cut.iterdir() if path.name.endswith(".part")]

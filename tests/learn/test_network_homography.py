@@ -1,4 +1,3 @@
-import hashlib
 import shutil
 
 import cv2
@@ -57,10 +56,6 @@ def run(tmp_path_factory, make_run):
     matrices = {camera: known(camera) for camera in CAMERAS}
     folder = tmp_path_factory.mktemp("runs") / "known"
     return make_run(folder, "homography", GRID, CAMERAS, answering(matrices), image_size=SIZE)
-
-
-def contents(out):
-    return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in out.iterdir()}
 
 
 def columns(out, camera, name="network"):
@@ -161,7 +156,7 @@ def test_answers_that_are_no_homography_are_marked(out, make_run, tmp_path):
     assert verify_folder(out) == ()
 
 
-def test_the_same_checkpoint_stays_and_another_needs_overwrite(out, run, make_run, tmp_path):
+def test_the_same_checkpoint_stays_and_another_needs_overwrite(out, run, make_run, tmp_path, contents):
     predict_homographies(out, run)
     before = contents(out)
     assert predict_homographies(out, run).kept == 2
@@ -176,7 +171,7 @@ def test_the_same_checkpoint_stays_and_another_needs_overwrite(out, run, make_ru
     assert contents(out) == before
 
 
-def test_interrupted_it_goes_on_where_it_stopped(out, learn_shards, run, tmp_path):
+def test_interrupted_it_goes_on_where_it_stopped(out, learn_shards, run, tmp_path, contents):
     whole = shutil.copytree(learn_shards, tmp_path / "whole")
     predict_homographies(whole, run)
 
@@ -189,7 +184,7 @@ def test_interrupted_it_goes_on_where_it_stopped(out, learn_shards, run, tmp_pat
     assert contents(out) == contents(whole)
 
 
-def test_only_cameras_that_the_run_knows_are_predicted(out, make_run, tmp_path):
+def test_only_cameras_that_the_run_knows_are_predicted(out, make_run, tmp_path, contents):
     matrices = {"CAM_FRONT": known("CAM_FRONT")}
     run = make_run(tmp_path / "run", "homography", GRID, ("CAM_FRONT",), answering(matrices), image_size=SIZE)
     before = contents(out)
@@ -203,14 +198,14 @@ def test_only_cameras_that_the_run_knows_are_predicted(out, make_run, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["surface", "networks", "network/x", ""])
-def test_other_sources_names_are_refused(out, run, name):
+def test_other_sources_names_are_refused(out, run, name, contents):
     before = contents(out)
     with pytest.raises(SettingsError, match="name"):
         predict_homographies(out, run, name=name)
     assert contents(out) == before
 
 
-def test_a_run_of_another_system_or_grid_is_refused(out, make_run, tmp_path):
+def test_a_run_of_another_system_or_grid_is_refused(out, make_run, tmp_path, contents):
     before = contents(out)
     other = make_run(tmp_path / "other", "ved", GRID, CAMERAS, bev_cell_m=1.0)
     with pytest.raises(CheckpointError, match="is a run of ved, not of homography"):
@@ -221,7 +216,7 @@ def test_a_run_of_another_system_or_grid_is_refused(out, make_run, tmp_path):
     assert contents(out) == before
 
 
-def test_shards_without_images_are_refused_before_they_are_marked(tmp_path, tiny_dataroot, run):
+def test_shards_without_images_are_refused_before_they_are_marked(tmp_path, tiny_dataroot, run, contents):
     out = tmp_path / "out"
     settings = ExtractSettings(TargetSettings(GRID, images="none"), CAMERAS)
     with Dataset(tiny_dataroot) as dataset:

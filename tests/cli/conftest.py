@@ -1,0 +1,73 @@
+"""Fixtures that the tests of several commands share."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from ogmkit_cli.main import main
+
+OGMKIT = Path(sys.executable).with_name("ogmkit")
+
+
+class Process:
+    """The command in a process group of its own."""
+
+    def __init__(self, *arguments, **options):
+        self._popen = subprocess.Popen(
+            [OGMKIT, *map(str, arguments)],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            start_new_session=True,
+            env=os.environ | {"OMP_NUM_THREADS": "1"},
+            **options,
+        )
+
+    @property
+    def pid(self):
+        return self._popen.pid
+
+    def running(self):
+        return self._popen.poll() is None
+
+    def send(self, number, *, group=True):
+        """Signal the whole group, as a terminal does, or the command alone; False where it has ended."""
+        running = self.running()
+        if running:
+            (os.killpg if group else os.kill)(self._popen.pid, number)
+        return running
+
+    def finish(self, timeout_s=120):
+        """Its exit code and what it wrote to stderr."""
+        _, errors = self._popen.communicate(timeout=timeout_s)
+        return self._popen.returncode, errors.decode()
+
+
+@pytest.fixture
+def start():
+    """`start(*arguments, cwd=...)` starts the command and gives its Process; none outlives the test."""
+    started = []
+
+    def begin(*arguments, **options):
+        started.append(Process(*arguments, **options))
+        return started[-1]
+
+    yield begin
+    for process in started:
+        if process.send(signal.SIGKILL):
+            process.finish()
+
+
+@pytest.fixture(scope="session")
+def extracted(tmp_path_factory, tiny_dataroot):
+    """Shards of two cameras; tests only read them."""
+    out = tmp_path_factory.mktemp("extracted") / "out"
+    grid = ["--cell-size", "0.5", "--rows", "60", "--columns", "40"]
+    cameras = ["--camera", "CAM_FRONT", "--camera", "CAM_BACK"]
+    cache = ["--cache-dir", str(tmp_path_factory.mktemp("cache"))]
+    result = CliRunner().invoke(main, ["extract", str(tiny_dataroot), str(out), *grid, *cameras, *cache])
+    assert result.exit_code == 0, result.output
+    return out
