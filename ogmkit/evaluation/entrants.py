@@ -201,7 +201,7 @@ def _require_fit(run: "Run", path: Path, scope: Scope) -> None:
         raise no_grids(path, run.system, scope.shards)
     if run.masks is not None and scope.homography is None:
         fit = f"run `{homography_command(scope.shards, PREFERRED[-1])}`"
-        known = f"choose --homography {' or '.join(scope.sources)}" if scope.sources else fit
+        known = f"choose --homography {' or '.join(scope.invalid)}" if scope.invalid else fit
         raise SettingsError(f"{scope.shards}: has no homography {' or '.join(PREFERRED)}; {known}")
 
 

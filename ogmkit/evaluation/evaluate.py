@@ -20,6 +20,7 @@ def evaluate(
     split: str = "val",
     split_file: Path | None = None,
     homography: str | None = None,
+    ceilings: Sequence[str] | None = None,
     cameras: Sequence[str] = (),
     threshold: float = 0.5,
     scale: float = 2.0,
@@ -41,6 +42,8 @@ def evaluate(
         split_file: a JSON file of split → scene names instead of the manifest's splits.
         homography: the source that masks in camera view are warped by; by default `network` if all shards
             have it, else `surface`.
+        ceilings: the sources that get a row of true footprints warped by them; None means all that all
+            shards have.
         cameras: channels; none means all.
         threshold: what probabilities must exceed, from 0 and below 1.
         scale: image size / mask size of the ceilings.
@@ -60,15 +63,21 @@ def evaluate(
     if not 0 <= threshold < 1:
         raise SettingsError(f"threshold: {threshold:g} is not from 0 and below 1")
     scope = scope_of(
-        shards, split=split, split_file=split_file, cameras=cameras, homography=homography, limit=limit
+        shards,
+        split=split,
+        split_file=split_file,
+        cameras=cameras,
+        homography=homography,
+        sources=ceilings,
+        limit=limit,
     )
     training = 0 if scope.training is None else len(scope.training)
-    ceilings = Ceilings(scope.sources, scope.homography, scale)
-    fixed = (ALL_DRIVABLE, *((MEAN_MAP,) if training else ()), *ceilings.names)
+    warped = Ceilings(scope.sources, scope.homography, scale)
+    fixed = (ALL_DRIVABLE, *((MEAN_MAP,) if training else ()), *warped.names)
     entrants = open_entrants(runs, scope, fixed) if runs else ()
     tick = ticker(on_progress, training + len(scope.index) * (len(entrants) + 1))
     scorer = Scorer(scope, threshold, tick)
-    for_free = scorer.fixed(fixed, ceilings)  # first: it is quick, and finds what is wrong with the shards
+    for_free = scorer.fixed(fixed, warped)  # first: it is quick, and finds what is wrong with the shards
     kept = spread(samples, len(scope.index))
     # One after the other: only one network is held at a time.
     scored = [
@@ -106,9 +115,9 @@ def _notes(scope: Scope) -> list[str]:
     notes += [
         f"{count} of {len(scope.index)} frames have no valid {source} homography: predicted empty there"
         for source, count in scope.invalid.items()
-        if count
+        if count and (source in scope.sources or source == scope.homography)
     ]
-    if not scope.sources:
+    if not scope.invalid:
         notes.append("no ceilings: the shards have no homographies")
     if scope.training is None:
         notes.append(f"no {MEAN_MAP}: there is no split {TRAINING!r} to take it from")

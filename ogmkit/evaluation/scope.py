@@ -34,8 +34,8 @@ class Scope:
         split: the split's name.
         index: its frames.
         training: frames of the split `train`; None where there is none.
-        sources: homographies that all shards of the split have, sorted.
-        invalid: source → frames without a valid one.
+        sources: homographies to be compared.
+        invalid: homography that all shards of the split have, sorted → frames without a valid one.
         homography: the source that masks are warped by; None where there is no preferred one.
     """
 
@@ -75,6 +75,7 @@ def scope_of(
     split_file: Path | None,
     cameras: Sequence[str],
     homography: str | None,
+    sources: Sequence[str] | None,
     limit: int | None,
 ) -> Scope:
     """Find the frames and homographies of a split.
@@ -85,10 +86,11 @@ def scope_of(
         split_file: a JSON file of split → scene names instead of the manifest's splits.
         cameras: channels; none means all.
         homography: the source that masks are warped by; None takes the first of `PREFERRED` there is.
+        sources: homographies to be compared; None means all that all shards of the split have.
         limit: frames of each split at most, evenly spread.
 
     Raises:
-        SettingsError: the split is unknown or empty, or a camera or the homography isn't there.
+        SettingsError: the split is unknown or empty, or a camera or a homography isn't there.
         TableError: the split file is absent or malformed.
         ShardError: a shard or the manifest is absent or damaged.
         TrainingError: the split has no frame.
@@ -99,10 +101,11 @@ def scope_of(
     if splits.get(TRAINING):
         training = index_frames(shards, splits[TRAINING], cameras, needs=SampleSpec(), limit=limit)
     invalid = invalid_homographies(index)
-    if homography is not None:
-        require_homography(shards, split, invalid, homography)
+    for source in (*(() if homography is None else (homography,)), *(sources or ())):
+        require_homography(shards, split, invalid, source)
     chosen = homography or next((source for source in PREFERRED if source in invalid), None)
-    return Scope(shards, split, index, training, tuple(invalid), invalid, chosen)
+    compared = tuple(invalid if sources is None else sources)
+    return Scope(shards, split, index, training, compared, invalid, chosen)
 
 
 def evaluated_splits(shards: Path, split: str, split_file: Path | None) -> Mapping[str, tuple[str, ...]]:

@@ -69,7 +69,7 @@ class EvaluatePerception(_Evaluate):
 
     @property
     def needs(self) -> tuple[str, ...]:
-        """Shards, all homographies in them, the networks, and the masks that they are compared with."""
+        """Shards, their homographies, the networks, and the masks that they are compared with."""
         grids = self.config.grids
         sets = (one.settings.masks for one in grids)
         return (
@@ -82,7 +82,9 @@ class EvaluatePerception(_Evaluate):
     @property
     def settings(self) -> Mapping[str, Any]:
         """What is scored, and how."""
-        return {"runs": [one.name for one in self.config.grids], **asdict(self.config.evaluate)}
+        config = self.config
+        runs, ceilings = [one.name for one in config.grids], sorted(config.homographies)
+        return {"runs": runs, "ceilings": ceilings, **asdict(config.evaluate)}
 
     def run(self, call: Call) -> Made:
         """Score, write and draw."""
@@ -92,6 +94,7 @@ class EvaluatePerception(_Evaluate):
             [config.run_folder(one.name) for one in config.grids],
             split=settings.split,
             homography=settings.homography,
+            ceilings=sorted(config.homographies),  # shards may hold those of earlier configurations, too
             threshold=settings.threshold,
             scale=settings.scale,
             batch_size=settings.batch_size,

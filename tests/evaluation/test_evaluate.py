@@ -193,6 +193,24 @@ def test_the_homography_is_the_networks_where_all_shards_have_it(own_shards, fak
     assert [call[0] for call in fake_runs.opened[run].calls] == ["surface", "network", "calibration"]
 
 
+def test_ceilings_are_those_that_were_chosen(own_shards):
+    for path in own_shards.glob("*.h5"):
+        with h5py.File(path, "r+") as h5:
+            for camera in h5.values():
+                camera["homography/calibration/valid"][:2] = False
+    everything, chosen = evaluate(own_shards), evaluate(own_shards, ceilings=["surface"])
+
+    assert chosen.fixed == tuple(name for name in everything.fixed if name != "ceiling-calibration")
+    for name in chosen.fixed:
+        np.testing.assert_equal(values(chosen, name), values(everything, name))
+    assert [note for note in everything.notes if note not in chosen.notes] == [
+        "4 of 16 frames have no valid calibration homography: predicted empty there"
+    ]
+    assert evaluate(own_shards, ceilings=[]).fixed == ("all-drivable", "mean-map", "ceiling-full-body")
+    with pytest.raises(SettingsError, match=r"have homography 'dlt' \(all have calibration, surface\)"):
+        evaluate(own_shards, ceilings=["dlt"])
+
+
 def test_samples_are_spread_and_thresholded(eval_shards, fake_runs, noisy):
     run = fake_runs("run", "oft", noisy)
     found = evaluate(eval_shards, [run], threshold=0.4, samples=2)

@@ -8,6 +8,7 @@ import pytest
 
 from ogmkit.errors import DataFileError, OutputError, TableError
 from ogmkit.shards.manifest import file_sha256, read_manifest
+from ogmkit.shards.reader import Shard
 from ogmkit.shards.verify import verify_folder
 from ogmkit.workflow.chain import plan_chain, run_chain
 from ogmkit.workflow.reading import read_config
@@ -47,6 +48,12 @@ def done(config, **options):
         config, on_step=lambda news: names.append(news.name) if news.state == "done" else None, **options
     )
     return names
+
+
+def homographies_in(shards):
+    """Those of the first shard."""
+    with Shard(next(shards.glob("*.h5"))) as shard:
+        return shard.added("CAM_FRONT", "homography")
 
 
 def tables(out):
@@ -181,6 +188,15 @@ def test_other_shards_replace_those_that_are_there(out, chain_config):
     manifest = read_manifest(out / "shards")
     assert [entry.scene for entry in manifest.shards] == ["scene-0002"]
     assert manifest.settings == config.extract
+
+
+def test_homographies_of_an_earlier_configuration_stay_out_of_the_table(out, tmp_path, chain_config):
+    less = ("homography", "planners")
+    assert done(chain_config(out, less)) == ["train footprints", "evaluate perception"]
+    assert homographies_in(out / "shards") == ("network", "surface")
+    run_chain(chain_config(tmp_path / "new", less))
+    for name in ("perception.csv", "perception.json"):
+        assert tables(out)[name] == tables(tmp_path / "new")[name]
 
 
 def test_more_formats_of_tables_are_written_where_they_are_absent(out, chain_config):
