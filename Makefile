@@ -86,5 +86,4 @@ bench-learn: $(VENV)/.installed-dev
 
 bench-plan: $(VENV)/.installed-dev
 	$(VENV)/bin/python benchmarks/planning.py
-	$(VENV)/bin/python benchmarks/planning_pairs.py
 	$(VENV)/bin/python benchmarks/planning_gain.py

@@ -1,7 +1,8 @@
-"""Every planner on one synthetic world of incidents: trained, evaluated beside controls, one table (hours).
+"""Every planner on one synthetic world of incidents: trained, evaluated beside controls, two tables (hours).
 
 `python benchmarks/planning.py [FOLDER]`: what is there is kept, so a run that was cut short goes on.
-The world, the sizes and the epochs are constants below; they fit two cores.
+The world, the sizes and the epochs are constants below; they fit two cores. The second table says which
+planner is better where.
 """
 
 import json
@@ -10,9 +11,11 @@ import time
 from pathlib import Path
 
 from commands import ogmkit, told, train_all
+from planning_pairs import pairs_table
 
 from ogmkit.evaluation.formats import as_markdown
 from ogmkit.evaluation.planning.evaluate import evaluate_plans
+from ogmkit.evaluation.planning.sequences import sequences_of
 from ogmkit.shards.manifest import read_manifest
 
 CAMERA = "CAM_FRONT"
@@ -26,8 +29,8 @@ COMMON += ["--optimizer", "adamw", "--schedule", "cosine"]
 STAGE_1 = [*COMMON, "--limit-frames", 2000, "--epochs", 3]
 PLAN = [*COMMON, "--lr", 3e-3, "--weight-decay", 0.1, "--pool", "20x12"]
 LONG = [*PLAN, "--epochs", 20]
-SHORT = [*PLAN, "--batch-size", 4, "--epochs", 1]
-SEEDS = range(3)
+SHORT = [*PLAN, "--batch-size", 4, "--epochs", 2]
+SEEDS, WARP_SEEDS = range(3), range(2)
 
 
 def past_planners():
@@ -51,8 +54,8 @@ def image_planners(folder):
     """Trainings from images; those that look through footprints begin with stage 1's."""
     holistic = [*SHORT, "--perception", folder / "footprints"]
     return {
-        "holistic": ["holistic", *holistic],
-        "holistic-cv": ["holistic-cv", *holistic],
+        **{f"holistic-{seed}": ["holistic", *holistic, "--seed", seed] for seed in WARP_SEEDS},
+        **{f"holistic-cv-{seed}": ["holistic-cv", *holistic, "--seed", seed] for seed in WARP_SEEDS},
         "holistic-np": ["holistic", *holistic, "--no-past"],
         "end-to-end": ["end-to-end", *SHORT],
         "end-to-end-np": ["end-to-end", *SHORT, "--no-past"],
@@ -77,8 +80,10 @@ def main():
     seconds |= train_all(folder, shards, splits, footprints | from_masks)
     seconds |= train_all(folder, shards, splits, from_images)
     runs = [folder / name for name in {**from_images, **from_past, **from_masks}]
-    found = evaluate_plans(shards, runs, split="test", split_file=splits)
+    sequences = sequences_of(shards, split="test", split_file=splits, cameras=(), limit=None)
+    found = evaluate_plans(shards, runs, split="test", split_file=splits, samples=len(sequences))
     print(as_markdown(found))
+    print(f"\n{pairs_table(sequences, found.samples)}")
     print(f"\nSeconds of each training, a core each: {told(seconds)}")
     print(f"In all {(time.monotonic() - started) / 3600:.2f} h (this run; what was there was kept)")
 

@@ -1,18 +1,11 @@
-"""Which planner is better where: differences of ADE on the same sequences, with intervals by scene.
+"""Which planner is better where: differences of ADE on the same sequences, for `benchmarks/planning.py`."""
 
-`python benchmarks/planning_pairs.py [FOLDER]`, on the runs that `benchmarks/planning.py` trained; names that
-end in a seed are averaged.
-"""
-
-import sys
-from pathlib import Path
+from itertools import groupby
 
 import numpy as np
 
 from ogmkit.evaluation.bootstrap import estimate
 from ogmkit.evaluation.planning.controls import cubic
-from ogmkit.evaluation.planning.planners import open_planners, plans_of
-from ogmkit.evaluation.planning.sequences import sequences_of
 
 PAIRS = (
     ("mid-to-end", "lstm-ed"),
@@ -40,19 +33,12 @@ def kinds_of(sequences):
     }
 
 
-def distances_of(folder, sequences):
+def distances_of(sequences, samples):
     """{system: (N,) mean distance to the truth up to 2.5 s, over its seeds}, metres."""
-    shards = folder / "shards"
-    runs = sorted(path.parent for path in folder.glob("*/best.ckpt"))
-    runs = [run for run in runs if run.name not in ("homography", "footprints")]
-    planners = open_planners(runs, shards, "test", sequences, homography=None, reserved=())
     found = {}
-    for planner in planners:
-        plans = plans_of(
-            planner, shards, sequences, batch_size=16, workers=0, limit=None, tick=lambda *_: None
-        )
-        errors = np.stack([plan.mean for plan in plans]) - sequences.truth
-        system = planner.path.name.rstrip("0123456789").rstrip("-")
+    for run, plans in groupby(samples, key=lambda sample: sample.system):
+        errors = np.stack([sample.plan.mean for sample in plans]) - sequences.truth
+        system = run.rstrip("0123456789").rstrip("-")
         found.setdefault(system, []).append(np.linalg.norm(errors, axis=-1).mean(axis=1))
     return {system: np.mean(values, axis=0) for system, values in found.items()}
 
@@ -66,22 +52,19 @@ def difference(values, chosen, scene, scenes):
     return f"{found.value:+.3f} [{found.low:+.3f}, {found.high:+.3f}]"
 
 
-def main():
-    folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".bench/planning").resolve()
-    sequences = sequences_of(
-        folder / "shards", split="test", split_file=folder / "splits.json", cameras=(), limit=None
-    )
-    kinds, distances = kinds_of(sequences), distances_of(folder, sequences)
-    print("ADE in metres, mean up to 2.5 s, and differences with their 95 % intervals by scene:\n")
-    print("| |", *(f"{kind} ({np.count_nonzero(chosen)}) |" for kind, chosen in kinds.items()))
-    print("| --- |", *["---: |"] * len(kinds))
+def pairs_table(sequences, samples):
+    """ADE of each system, mean over its seeds, and differences with intervals by scene, in markdown.
+
+    `samples` are plans of all the sequences, run by run; of names that end in a seed, the seeds are averaged.
+    """
+    kinds, distances = kinds_of(sequences), distances_of(sequences, samples)
+    header = [f"{kind} ({np.count_nonzero(chosen)})" for kind, chosen in kinds.items()]
+    rows = [["", *header], ["---", *["---:"] * len(kinds)]]
     for system, values in distances.items():
-        print(f"| {system} |", *(f"{values[chosen].mean():.3f} |" for chosen in kinds.values()))
+        rows.append([system, *(f"{values[chosen].mean():.3f}" for chosen in kinds.values())])
     for one, other in PAIRS:
         away = distances[one] - distances[other]
         texts = (difference(away, chosen, sequences.scene, sequences.scenes) for chosen in kinds.values())
-        print(f"| {one} − {other} |", *(f"{text} |" for text in texts))
-
-
-if __name__ == "__main__":
-    main()
+        rows.append([f"{one} − {other}", *texts])
+    title = "ADE in metres, mean up to 2.5 s, and differences with their 95 % intervals by scene:"
+    return "\n".join([title, "", *(f"| {' | '.join(row)} |" for row in rows)])
