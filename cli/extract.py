@@ -154,13 +154,13 @@ def _plan_lines(scenes: Sequence[ScenePlan]) -> Iterator[tuple[str, str]]:
 
 def _failure_lines(summary: ExtractSummary) -> Iterator[str]:
     """A line a reason: where a map is missing, that of hundreds of scenes is the same."""
+    from ogmkit.nuscenes.names import listed
+
     scenes_of: dict[str, list[str]] = {}
     for failure in summary.failures:
         scenes_of.setdefault(str(failure.error), []).append(failure.scene)
     for error, scenes in scenes_of.items():
-        names = ", ".join(scenes[:_NAMED])
-        others = f" and {len(scenes) - _NAMED} more" if len(scenes) > _NAMED else ""
-        yield one_line(f"{names}{others} failed: {error}")
+        yield one_line(f"{listed(scenes, _NAMED)} failed: {error}")
 
 
 def _summary_lines(summary: ExtractSummary) -> Iterator[tuple[str, str]]:

@@ -101,8 +101,9 @@ def scope_of(
     if splits.get(TRAINING):
         training = index_frames(shards, splits[TRAINING], cameras, needs=SampleSpec(), limit=limit)
     invalid = invalid_homographies(index)
-    for source in (*(() if homography is None else (homography,)), *(sources or ())):
-        require_homography(shards, split, invalid, source)
+    for source in (homography, *(sources or ())):
+        if source is not None:
+            require_homography(shards, split, invalid, source)
     chosen = homography or next((source for source in PREFERRED if source in invalid), None)
     compared = tuple(invalid if sources is None else sources)
     return Scope(shards, split, index, training, compared, invalid, chosen)

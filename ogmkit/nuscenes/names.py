@@ -1,4 +1,4 @@
-"""What to say about a name that isn't there."""
+"""Names in messages: several, and one that isn't there."""
 
 import difflib
 from collections.abc import Sequence
@@ -17,7 +17,10 @@ def unknown(kind: str, name: str, known: Sequence[str]) -> str:
     close = difflib.get_close_matches(name, known, n=3, cutoff=0.6)
     if close:
         return f"unknown {kind} {name!r}; did you mean {' or '.join(close)}?"
-    listed = ", ".join(known[:_LISTED]) + (
-        f" and {len(known) - _LISTED} more" if len(known) > _LISTED else ""
-    )
-    return f"unknown {kind} {name!r}; there are: {listed or 'none'}"
+    return f"unknown {kind} {name!r}; there are: {listed(known, _LISTED) or 'none'}"
+
+
+def listed(names: Sequence[str], most: int) -> str:
+    """The first names, at most so many, and how many more there are: `a, b and 3 more`."""
+    others = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(names[:most]) + others

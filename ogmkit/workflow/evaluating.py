@@ -82,9 +82,13 @@ class EvaluatePerception(_Evaluate):
     @property
     def settings(self) -> Mapping[str, Any]:
         """What is scored, and how."""
-        config = self.config
-        runs, ceilings = [one.name for one in config.grids], sorted(config.homographies)
-        return {"runs": runs, "ceilings": ceilings, **asdict(config.evaluate)}
+        runs = [one.name for one in self.config.grids]
+        return {"runs": runs, "ceilings": self._ceilings, **asdict(self.config.evaluate)}
+
+    @property
+    def _ceilings(self) -> list[str]:
+        """The homographies asked for: shards may hold those of earlier configurations, too."""
+        return sorted(self.config.homographies)
 
     def run(self, call: Call) -> Made:
         """Score, write and draw."""
@@ -94,7 +98,7 @@ class EvaluatePerception(_Evaluate):
             [config.run_folder(one.name) for one in config.grids],
             split=settings.split,
             homography=settings.homography,
-            ceilings=sorted(config.homographies),  # shards may hold those of earlier configurations, too
+            ceilings=self._ceilings,
             threshold=settings.threshold,
             scale=settings.scale,
             batch_size=settings.batch_size,

@@ -40,7 +40,7 @@ class Process:
             (os.killpg if group else os.kill)(self._popen.pid, number)
         return running
 
-    def finish(self, timeout_s=120):
+    def finish(self, timeout_s=60):
         """Its exit code and what it wrote to stderr."""
         _, errors = self._popen.communicate(timeout=timeout_s)
         return self._popen.returncode, errors.decode()
