@@ -52,8 +52,8 @@ demo: $(VENV)/.installed
 	$(VENV)/bin/ogmkit inspect demo/shards
 	$(VENV)/bin/ogmkit preview demo/shards --out demo/pictures/preview --view targets --view footprints --view stretch
 	@echo
-	@echo "Look at demo/tables and demo/pictures; demo/manifest.json says what made what. Twenty frames teach little:"
-	@echo "it shows the way, not the worth."
+	@echo "Look at demo/tables and demo/pictures; demo/manifest.json says what made what. This demo shows the"
+	@echo "workflow; 20 frames are too few for useful scores."
 
 test: $(VENV)/.installed-dev
 	$(VENV)/bin/ruff check .

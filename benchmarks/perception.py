@@ -23,7 +23,7 @@ from ogmkit.shards.reader import Shard
 
 CAMERA = "CAM_FRONT"
 SCENES, FRAMES, HELD_OUT, SEED = 50, 20, 10, 11
-WORLD = ["--scenes", SCENES, "--frames", FRAMES, "--seed", SEED, "--relief", 2, "--cameras", CAMERA]
+WORLD = ["--num-scenes", SCENES, "--frames", FRAMES, "--seed", SEED, "--relief", 2, "--camera", CAMERA]
 COMMON = ["--image-size", "96x160", "--encoder", "resnet18", "--workers", 0, "--colour", 0.2, "--flip", 0.5]
 COMMON += ["--optimizer", "adamw", "--schedule", "cosine"]
 # OFT's loss is a sum over cells, which AdamW's steps don't notice: the same learning rate serves.
@@ -72,7 +72,7 @@ def main():
 def make_shards(folder):
     world, shards = folder / "world", folder / "shards"
     if not world.exists():
-        ogmkit("synthesize", world, *WORLD, "--image-size", "320x180")
+        ogmkit("synthesize", world, *WORLD, "--image-size", "180x320")
     ogmkit("extract", world, shards, "--lidar", "--workers", 2, "--cache-dir", folder / "cache")
     ogmkit("homography-fit", shards, "--workers", 2)
     ogmkit("render-footprints", shards, "--scale", 1, "--workers", 2)

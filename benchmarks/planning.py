@@ -21,8 +21,8 @@ from ogmkit.shards.manifest import read_manifest
 CAMERA = "CAM_FRONT"
 SCENES, FRAMES, SEED = 176, 40, 23
 VAL, TEST = 8, 24  # scenes that choose the best checkpoint, and that the table is about
-WORLD = ["--scenes", SCENES, "--frames", FRAMES, "--seed", SEED, "--relief", 2, "--cameras", CAMERA]
-WORLD += ["--incidents", "--no-lidar", "--image-size", "320x180"]
+WORLD = ["--num-scenes", SCENES, "--frames", FRAMES, "--seed", SEED, "--relief", 2, "--camera", CAMERA]
+WORLD += ["--incidents", "--no-lidar", "--image-size", "180x320"]
 GRID = ["--cell-size", 0.5, "--rows", 80, "--columns", 48, "--ego-row", 80, "--ego-column", 24]
 COMMON = ["--image-size", "64x128", "--encoder", "resnet18", "--workers", 0, "--flip", 0.5]
 COMMON += ["--optimizer", "adamw", "--schedule", "cosine"]

@@ -73,7 +73,7 @@ PICTURE_FRAMES = 4
     type=click.IntRange(min=0),
     default=2,
     show_default=True,
-    help="Processes that read for the networks; 0 reads in this one.",
+    help="Number of worker processes that read for the networks; 0 reads in this process.",
 )
 @click.option(
     "--limit-frames",

@@ -66,9 +66,7 @@ _NAMED = 3
 )
 @workers_option
 @cache_dir_option
-@click.option(
-    "--overwrite", is_flag=True, help="Make shards anew that are there; other settings are allowed."
-)
+@click.option("--overwrite", is_flag=True, help="Rebuild existing shards; other settings are allowed.")
 @click.option("--strict", is_flag=True, help="Stop at the first scene that fails.")
 @click.option("--dry-run", is_flag=True, help="Say what would be done, and write nothing.")
 def command(

@@ -10,6 +10,7 @@ from .homography_table import summary_lines
 from .options import (
     cameras_option,
     categories_option,
+    list_option,
     min_visibility_option,
     shards_argument,
     workers_option,
@@ -19,14 +20,15 @@ from .progress import progress
 
 @click.command()
 @shards_argument
-@click.option(
+@list_option(
     "--method",
     "methods",
-    type=click.Choice(["surface", "dlt", "robust", "plane", "four-point", "calibration"]),
-    multiple=True,
+    choices=["surface", "dlt", "robust", "plane", "four-point", "calibration"],
+    metavar="METHOD,…",
     default=("surface", "dlt", "plane", "calibration"),
     show_default=True,
-    help="How to find the homography; repeat for several.",
+    help="How to find the homography: surface, dlt, robust, plane, four-point or calibration; repeat the "
+    "option or separate methods by commas.",
 )
 @cameras_option()
 @click.option(
@@ -56,7 +58,9 @@ from .progress import progress
     help="Farthest box whose corners are used, from the ego.",
 )
 @workers_option
-@click.option("--overwrite", is_flag=True, help="Fit anew what is there; other settings are allowed.")
+@click.option(
+    "--overwrite", is_flag=True, help="Fit existing homographies again; other settings are allowed."
+)
 @click.option(
     "--plot",
     type=click.Path(dir_okay=False, path_type=Path),
@@ -64,7 +68,7 @@ from .progress import progress
     help="PNG file for a picture of the errors by method and distance.",
 )
 def command(
-    out: Path,
+    shards: Path,
     methods: tuple[str, ...],
     cameras: tuple[str, ...],
     min_points: int | None,
@@ -78,10 +82,10 @@ def command(
 ) -> None:
     """Fit camera-to-BEV homographies to every frame.
 
-    Adds a group homography/<method> to each camera of the shards in OUT, a folder that `ogmkit extract`
+    Adds a group homography/<method> to each camera of SHARDS, a folder that `ogmkit extract`
     wrote, and shows what the methods are worth: each box is left out of a fit and measured. `surface` and
     `calibration` take no notice of the options on corners. A frame for which a method has no answer is marked
-    invalid, with the reason. A run that was interrupted goes on where it stopped when it is called again.
+    invalid, with the reason. To resume after an interruption, run the same command again.
     """
     from ogmkit.homography.settings import FitSettings
     from ogmkit.pipeline.homography_fit import fit_shards
@@ -89,11 +93,11 @@ def command(
     if plot is not None:
         from ogmkit.shards.atomic import require_outside
 
-        require_outside(plot, out)
+        require_outside(plot, shards)
     settings = FitSettings(min_points, min_spread_m, max_distance_m, categories, min_visibility)
     with progress(None, "shards", "homography-fit") as advance:
         summary = fit_shards(
-            out,
+            shards,
             methods,
             settings,
             cameras=cameras,

@@ -1,5 +1,6 @@
 """The `ogmkit` command: a Click group that imports a command only when it is called."""
 
+import difflib
 import importlib
 import signal
 
@@ -57,6 +58,14 @@ class LazyGroup(click.Group):
         command: click.Command = module.command
         return command
 
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the command; for a mistyped one, say which is meant."""
+        if args and args[0] not in COMMANDS and not args[0].startswith("-"):
+            raise click.UsageError(_no_such_command(args[0]), ctx)
+        return super().resolve_command(ctx, args)
+
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the list of commands without importing any."""
         with formatter.section("Commands"):
@@ -76,6 +85,12 @@ class LazyGroup(click.Group):
             raise  # Click ends quietly
         except OSError as error:
             raise Failure(f"error: {error}") from error
+
+
+def _no_such_command(name: str) -> str:
+    close = difflib.get_close_matches(name, COMMANDS, n=2, cutoff=0.5)
+    hint = f" Did you mean {' or '.join(map(repr, close))}?" if close else ""
+    return f"No such command {name!r}.{hint}"
 
 
 @click.group(

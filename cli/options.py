@@ -13,42 +13,72 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 _FOLDER = click.Path(exists=True, file_okay=False, path_type=Path)
 
 
-def name_list(value: str | tuple[str, ...]) -> tuple[str, ...]:
-    """An option's type: names separated by commas; a tuple (a default) passes."""
-    names = value if isinstance(value, tuple) else tuple(name.strip() for name in value.split(","))
-    if not all(names):
-        raise click.BadParameter(f"{value!r} holds an empty name")
-    return names
+class NameList(click.ParamType):  # type: ignore[type-arg]  # not generic in older Click
+    """Names separated by commas, as a tuple.
+
+    Args:
+        choices: the names there are; none where any name will do.
+    """
+
+    name = "name,…"
+
+    def __init__(self, choices: Sequence[str] = ()) -> None:
+        self.choices = tuple(choices)
+
+    def convert(
+        self, value: str | tuple[str, ...], param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[str, ...]:
+        """Split one occurrence of the option; a tuple (already split) passes."""
+        names = value if isinstance(value, tuple) else tuple(name.strip() for name in value.split(","))
+        if not all(names):
+            self.fail(f"{value!r} holds an empty name", param, ctx)
+        for name in names:
+            if self.choices and name not in self.choices:
+                self.fail(f"{name!r} is not one of {', '.join(self.choices)}", param, ctx)
+        return names
 
 
-def image_size(value: str | tuple[int, int]) -> tuple[int, int]:
-    """An option's type: WIDTHxHEIGHT, such as 800x450, as (height, width); a tuple (a default) passes."""
-    if isinstance(value, tuple):
-        return value
-    width, height = _two_numbers(value, "WIDTHxHEIGHT, such as 800x450")
-    return height, width
+def list_option(
+    *declarations: str,
+    choices: Sequence[str] = (),
+    default: Sequence[str] = (),
+    **attributes: Any,  # noqa: ANN401  # of `click.option`
+) -> Callable[[Function], Function]:
+    """An option that takes a list, as a tuple of names: repeated, or separated by commas, or both."""
+    return click.option(
+        *declarations,
+        type=NameList(choices),
+        multiple=True,
+        default=tuple(default),
+        callback=_joined,
+        **attributes,
+    )
 
 
-def tensor_size(value: str | Sequence[int]) -> tuple[int, int]:
+def _joined(
+    context: click.Context, parameter: click.Parameter, values: Sequence[tuple[str, ...]]
+) -> tuple[str, ...]:
+    """All occurrences of an option as one tuple."""
+    del context, parameter
+    return tuple(name for names in values for name in names)
+
+
+def size(value: str | Sequence[int]) -> tuple[int, int]:
     """An option's type: HEIGHTxWIDTH, such as 448x800, as (height, width); two numbers (a default) pass."""
     if not isinstance(value, str):
         height, width = value
         return int(height), int(width)
-    return _two_numbers(value, "HEIGHTxWIDTH, such as 448x800")
-
-
-def _two_numbers(value: str, form: str) -> tuple[int, int]:
     match = re.fullmatch(r"([1-9]\d{0,4})x([1-9]\d{0,4})", value, re.ASCII | re.IGNORECASE)
     if match is None:
-        raise click.BadParameter(f"{value!r} is not {form}")
+        raise click.BadParameter(f"{value!r} is not HEIGHTxWIDTH, such as 448x800")
     return int(match[1]), int(match[2])
 
 
 dataroot_argument = click.argument("dataroot", type=_FOLDER)
 """DATAROOT, as `dataroot: Path`: an existing folder that holds `v1.0-*`, `samples` and `maps`."""
 
-shards_argument = click.argument("out", type=_FOLDER)
-"""OUT, as `out: Path`: an existing folder that `ogmkit extract` wrote."""
+shards_argument = click.argument("shards", type=_FOLDER)
+"""SHARDS, as `shards: Path`: an existing folder that `ogmkit extract` wrote."""
 
 version_option = click.option(
     "--version",
@@ -56,20 +86,16 @@ version_option = click.option(
     help="Folder of the tables, such as v1.0-mini.  [default: the only v1.0-* folder there is]",
 )
 
-scenes_option = click.option(
+scenes_option = list_option(
     "--scenes",
-    type=name_list,
     metavar="NAME,…",
-    default=(),
-    help="Scene names, separated by commas.  [default: every scene]",
+    help="Scene names; repeat the option or separate them by commas.  [default: every scene]",
 )
 
-splits_option = click.option(
+splits_option = list_option(
     "--split",
     "splits",
-    type=name_list,
     metavar="NAME,…",
-    default=(),
     help="Only the scenes of these splits, such as train,val.  [default: every scene]",
 )
 
@@ -86,13 +112,12 @@ shards_split_file_option = click.option(
     help="JSON file: split name → list of scene names.  [default: the splits that the shards were made with]",
 )
 
-categories_option = click.option(
+categories_option = list_option(
     "--categories",
-    type=name_list,
-    metavar="NAME,…",
+    metavar="PREFIX,…",
     default=("vehicle.",),
     show_default=True,
-    help="Beginnings of the category names that count as vehicles, separated by commas.",
+    help="Category prefixes treated as vehicles; repeat the option or separate them by commas.",
 )
 
 min_visibility_option = click.option(
@@ -114,7 +139,12 @@ max_gap_option = click.option(
 )
 
 workers_option = click.option(
-    "--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Processes to work in."
+    "--workers",
+    type=click.IntRange(min=0),
+    default=1,
+    show_default=True,
+    callback=lambda context, parameter, value: max(value, 1),
+    help="Number of worker processes; 0 or 1 works in this process.",
 )
 
 cache_dir_option = click.option(
@@ -127,15 +157,14 @@ json_option = click.option("--json", "as_json", is_flag=True, help="Write JSON t
 
 
 def cameras_option(*default: str) -> Callable[[Function], Function]:
-    """`--camera`, repeatable, as `cameras: tuple[str, ...]`; no default, no value: all there are."""
-    return click.option(
+    """`--camera`, as `cameras: tuple[str, ...]`; no default, no value: all there are."""
+    return list_option(
         "--camera",
         "cameras",
-        metavar="CHANNEL",
-        multiple=True,
+        metavar="CHANNEL,…",
         default=default,
         show_default=True if default else "all",
-        help="Camera channel, such as CAM_FRONT; repeat for several.",
+        help="Camera channel, such as CAM_FRONT; repeat the option or separate channels by commas.",
     )
 
 

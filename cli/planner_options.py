@@ -2,13 +2,13 @@
 
 import click
 
-from .options import tensor_size
+from .options import size
 
 PLANNER_OPTIONS = (
     click.option("--no-past", is_flag=True, help="Leave out the past trajectory (planners but for lstm-ed)."),
     click.option(
         "--pool",
-        type=tensor_size,
+        type=size,
         metavar="ROWSxCOLUMNS",
         default="100x55",
         show_default=True,

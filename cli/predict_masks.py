@@ -43,7 +43,7 @@ read_ahead_option = click.option(
     type=click.IntRange(min=0),
     default=0,
     show_default=True,
-    help="Processes that read ahead; 0 reads in this one.",
+    help="Number of worker processes that read ahead; 0 reads in this process.",
 )
 homography_checkpoint_option = click.option(
     "--homography-checkpoint",

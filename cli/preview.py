@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from .options import cameras_option, scenes_option, shards_argument
+from .options import cameras_option, list_option, scenes_option, shards_argument
 from .progress import progress
 
 
@@ -14,24 +14,24 @@ from .progress import progress
     "--out",
     "pictures",
     type=click.Path(file_okay=False, path_type=Path),
-    help="Folder for the pictures.  [default: OUT with -preview after its name]",
+    help="Folder for the pictures.  [default: SHARDS with -preview after its name]",
 )
-@click.option(
+@list_option(
     "--view",
     "subjects",
-    type=click.Choice(["targets", "footprints", "stretch", "masks"]),
-    multiple=True,
+    choices=["targets", "footprints", "stretch", "masks"],
+    metavar="VIEW,…",
     default=("targets",),
     show_default=True,
-    help="What to draw; repeat for several.",
+    help="What to draw, as listed above; repeat the option or separate views by commas.",
 )
 @click.option(
-    "--set",
+    "--masks",
     "mask_set",
-    metavar="NAME",
+    metavar="SET",
     default="surface",
     show_default=True,
-    help="Footprints to draw in all views but targets.",
+    help="Set of camera-view masks to draw in all views but targets.",
 )
 @scenes_option
 @cameras_option()
@@ -48,7 +48,7 @@ from .progress import progress
     help="Dataset with the images, where the shards only refer to them (--images reference).",
 )
 def command(
-    out: Path,
+    shards: Path,
     pictures: Path | None,
     subjects: tuple[str, ...],
     mask_set: str,
@@ -59,7 +59,7 @@ def command(
 ) -> None:
     """Draw contact sheets of extracted frames.
 
-    One PNG for each scene and camera of OUT, the folder that `ogmkit extract` wrote, and for each view:
+    One PNG for each scene and camera of SHARDS, the folder that `ogmkit extract` wrote, and for each view:
 
     \b
     targets     images with boxes; the plane from above: drivable area, vehicles,
@@ -76,7 +76,7 @@ def command(
 
     with progress(None, "sheets", "preview") as advance:
         written = preview(
-            out,
+            shards,
             pictures,
             subjects=subjects,
             mask_set=mask_set,

@@ -36,16 +36,17 @@ if TYPE_CHECKING:
     "--scale", type=float, default=2.0, show_default=True, help="Size of the image / size of the masks."
 )
 @click.option(
-    "--name",
+    "--masks",
+    "name",
     metavar="SET",
     show_default="SOURCE, SOURCE-project or full-body",
-    help="What the set of masks is called.",
+    help="Name of the set of masks.",
 )
 @cameras_option()
 @workers_option
-@click.option("--overwrite", is_flag=True, help="Render anew what is there; other settings are allowed.")
+@click.option("--overwrite", is_flag=True, help="Render an existing set again; other settings are allowed.")
 def command(
-    out: Path,
+    shards: Path,
     homography: str,
     method: Method,
     scale: float,
@@ -56,16 +57,16 @@ def command(
 ) -> None:
     """Render drivable area and vehicles as camera-view masks.
 
-    Adds a group footprints/<set> to each camera of the shards in OUT, a folder that `ogmkit extract` wrote.
-    Frames without a valid homography are marked, and their masks left empty. A run that was interrupted goes
-    on where it stopped when it is called again.
+    Adds a group footprints/<set> to each camera of SHARDS, a folder that `ogmkit extract` wrote. Frames
+    without a valid homography are marked, and their masks left empty. To resume after an interruption, run
+    the same command again.
     """
     from ogmkit.footprints.settings import FootprintSettings
     from ogmkit.pipeline.render_footprints import render_footprints
 
     with progress(None, "shards", "render-footprints") as advance:
         summary = render_footprints(
-            out,
+            shards,
             FootprintSettings(homography, method, scale, name),
             cameras=cameras,
             workers=workers,

@@ -4,31 +4,51 @@ from pathlib import Path
 
 import click
 
-from .options import image_size, name_list
+from .options import list_option
+from .options import size as size_type
 from .progress import progress
 from .text import with_number
 
-_CAMERAS = "CAM_FRONT,CAM_FRONT_RIGHT,CAM_BACK_RIGHT,CAM_BACK,CAM_BACK_LEFT,CAM_FRONT_LEFT"
+_CAMERAS = (
+    "CAM_FRONT",
+    "CAM_FRONT_RIGHT",
+    "CAM_BACK_RIGHT",
+    "CAM_BACK",
+    "CAM_BACK_LEFT",
+    "CAM_FRONT_LEFT",
+)
 
 
 @click.command()
 @click.argument("out", type=click.Path(path_type=Path))
-@click.option("--scenes", default=4, show_default=True, help="How many scenes, spread over four locations.")
+@click.option(
+    "--num-scenes",
+    "scenes",
+    default=4,
+    show_default=True,
+    help="Number of scenes, spread over four locations.",
+)
 @click.option("--frames", default=20, show_default=True, help="Key frames a scene, half a second apart.")
 @click.option("--seed", default=0, show_default=True, help="The same seed gives the same dataset.")
 @click.option(
     "--version", default="v1.0-mini", show_default=True, metavar="NAME", help="Folder of the tables."
 )
-@click.option(
-    "--cameras", type=name_list, default=_CAMERAS, metavar="NAME,…", show_default="all six", help="Cameras."
+@list_option(
+    "--camera",
+    "--cameras",
+    "cameras",
+    default=_CAMERAS,
+    metavar="CHANNEL,…",
+    show_default="all six",
+    help="Camera channel, such as CAM_FRONT; repeat the option or separate channels by commas.",
 )
 @click.option(
     "--image-size",
     "size",
-    type=image_size,
-    default="800x450",
+    type=size_type,
+    default="450x800",
     show_default=True,
-    metavar="WIDTHxHEIGHT",
+    metavar="HEIGHTxWIDTH",
     help="Size of the images.",
 )
 @click.option("--lidar/--no-lidar", default=True, show_default=True, help="Make LiDAR sweeps.")

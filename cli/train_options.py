@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 import click
 
-from .options import shards_split_file_option, tensor_size
+from .options import cameras_option, shards_split_file_option, size
 from .planner_options import PLANNER_OPTIONS
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -25,14 +25,7 @@ def ratio(value: str | tuple[int, int]) -> tuple[int, int]:
 
 
 _OPTIONS = (
-    click.option(
-        "--camera",
-        "cameras",
-        metavar="CHANNEL",
-        multiple=True,
-        show_default="all",
-        help="Camera channel, such as CAM_FRONT; repeat for several.",
-    ),
+    cameras_option(),
     click.option(
         "--train-split", metavar="NAME", default="train", show_default=True, help="Split to learn from."
     ),
@@ -52,7 +45,7 @@ _OPTIONS = (
     ),
     click.option(
         "--image-size",
-        type=tensor_size,
+        type=size,
         metavar="HEIGHTxWIDTH",
         default="448x800",
         show_default=True,
@@ -186,7 +179,7 @@ _OPTIONS = (
         type=int,
         default=2,
         show_default=True,
-        help="Processes that read samples; 0 reads in this one.",
+        help="Number of worker processes that read samples; 0 reads in this process.",
     ),
     click.option(
         "--devices", type=int, show_default="1", help="GPUs to train on; processes where there is no GPU."

@@ -1,5 +1,6 @@
 """Datasets that both the official devkit and ogmkit read, in an environment that holds both."""
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,7 +10,8 @@ from nuscenes.nuscenes import NuScenes
 
 from ogmkit.synthetic.build import SynthesisSettings, synthesize
 
-REAL = Path(__file__).resolve().parents[2] / "shared" / "data" / "nuscenes-mini-part"
+DATA = Path(os.environ.get("OGMKIT_TEST_DATA") or Path(__file__).resolve().parents[2] / "shared" / "data")
+REAL = DATA / "nuscenes-mini-part"
 VERSION = "v1.0-mini"
 
 mpl.use("Agg")

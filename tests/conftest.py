@@ -2,11 +2,18 @@
 
 import hashlib
 import json
+import os
 from pathlib import Path
 
+import hypothesis
 import pytest
 
-REAL_DATAROOT = Path(__file__).resolve().parents[2] / "shared" / "data" / "nuscenes-mini-part"
+DATA = Path(os.environ.get("OGMKIT_TEST_DATA") or Path(__file__).resolve().parents[2] / "shared" / "data")
+REAL_DATAROOT = DATA / "nuscenes-mini-part"
+
+# A busy machine makes examples slow; no property here is about time.
+hypothesis.settings.register_profile("ogmkit", deadline=None)
+hypothesis.settings.load_profile("ogmkit")
 
 
 @pytest.fixture(scope="session")

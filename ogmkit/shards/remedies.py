@@ -27,7 +27,7 @@ def _options(name: str) -> str:
         return "--method full-body"
     source = name.removesuffix(_PROJECTED)
     if source not in METHODS and not is_network(source):
-        return f"--name {name}"
+        return f"--masks {name}"
     return f"--method {'warp' if name == source else 'project'} --homography {source}"
 
 

@@ -79,6 +79,26 @@ def test_usage_errors_exit_with_2():
     assert CliRunner().invoke(shell.main, ["--no-such-option"]).exit_code == 2
 
 
+@pytest.mark.parametrize(("typed", "meant"), [("extrct", "extract"), ("homography_fit", "homography-fit")])
+def test_a_mistyped_command_gets_a_suggestion(typed, meant):
+    result = CliRunner().invoke(shell.main, [typed])
+
+    assert result.exit_code == 2
+    assert f"No such command {typed!r}. Did you mean {meant!r}" in result.stderr
+
+
+def test_a_command_like_no_other_gets_no_suggestion():
+    assert "Did you mean" not in CliRunner().invoke(shell.main, ["zzzz"]).stderr
+
+
+@pytest.mark.parametrize("module", ["ogmkit", "ogmkit_cli"])
+def test_runs_as_a_module(module):
+    arguments = [sys.executable, "-m", module, "--version"]
+    result = subprocess.run(arguments, capture_output=True, text=True, check=True)
+
+    assert result.stdout == f"ogmkit {__version__}\n"
+
+
 def test_version():
     assert CliRunner().invoke(shell.main, ["--version"]).stdout == f"ogmkit {__version__}\n"
 

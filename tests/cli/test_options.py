@@ -38,6 +38,17 @@ def parse():
             ["--scenes", "scene-0061, scene-0103"],
             {"scenes": ("scene-0061", "scene-0103")},
         ),
+        (
+            options.scenes_option,
+            ["--scenes", "scene-0061", "--scenes", "scene-0103,scene-0553"],
+            {"scenes": ("scene-0061", "scene-0103", "scene-0553")},
+        ),
+        (
+            options.cameras_option("CAM_FRONT"),
+            ["--camera", "CAM_BACK,CAM_FRONT_LEFT", "--camera", "CAM_FRONT"],
+            {"cameras": ("CAM_BACK", "CAM_FRONT_LEFT", "CAM_FRONT")},
+        ),
+        (options.workers_option, ["--workers", "0"], {"workers": 1}),
         (options.splits_option, ["--split", "train"], {"splits": ("train",)}),
         (options.categories_option, [], {"categories": ("vehicle.",)}),
         (options.max_gap_option, [], {"max_gap_s": 0.75}),
@@ -60,7 +71,7 @@ def test_values(parse, option, arguments, expected):
     [
         (options.scenes_option, ["--scenes", "scene-0061,,scene-0103"]),
         (options.scenes_option, ["--scenes", ""]),
-        (options.workers_option, ["--workers", "0"]),
+        (options.workers_option, ["--workers", "-1"]),
         (options.max_gap_option, ["--max-gap", "0"]),
         (options.min_visibility_option, ["--min-visibility", "5"]),
         (options.split_file_option, ["--split-file", "no-such-file.json"]),
@@ -71,17 +82,17 @@ def test_usage_errors(parse, option, arguments):
         parse(option, arguments)
 
 
-def test_image_size_is_given_as_width_by_height_and_received_as_height_by_width():
-    assert options.image_size("800x450") == (450, 800)
-    assert options.image_size((450, 800)) == (450, 800)
+def test_sizes_are_given_and_received_as_height_by_width():
+    assert options.size("450x800") == (450, 800)
+    assert options.size((450, 800)) == (450, 800)
 
 
 @pytest.mark.parametrize(
     "text", ["800", "800x", "x450", "0x450", "-800x450", "800x450x3", "1e3x450", "800000x450"]
 )
-def test_image_sizes_that_are_none(text):
-    with pytest.raises(click.BadParameter, match="WIDTHxHEIGHT"):
-        options.image_size(text)
+def test_what_is_not_a_size(text):
+    with pytest.raises(click.BadParameter, match="HEIGHTxWIDTH"):
+        options.size(text)
 
 
 @pytest.mark.parametrize(

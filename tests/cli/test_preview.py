@@ -62,7 +62,7 @@ def test_every_view_of_what_the_commands_made(shards, tmp_path):
 
 
 def test_a_view_without_its_masks_names_the_command(shards, tmp_path):
-    result = run(shards, "--out", tmp_path, "--view", "footprints", "--set", "dlt")
+    result = run(shards, "--out", tmp_path, "--view", "footprints", "--masks", "dlt")
 
     assert result.exit_code == 1
     assert result.stderr.endswith(f"run `ogmkit render-footprints {shards} --method warp --homography dlt`\n")

@@ -59,7 +59,7 @@ def test_it_tells_of_frames_without_a_homography(out):
 
 
 def test_the_options_reach_the_masks(out):
-    options = ["--homography", "calibration", "--method", "project", "--scale", "4", "--name", "mine"]
+    options = ["--homography", "calibration", "--method", "project", "--scale", "4", "--masks", "mine"]
     assert run(out, *options, "--camera", "CAM_BACK").exit_code == 0
     with Shard(next(out.glob("*.h5"))) as shard:
         assert shard.added("CAM_FRONT", "footprints") == ()
@@ -100,7 +100,7 @@ def other_settings(out):
         (lambda out: ["--scale", "-1"], "scale: -1 is not a positive number"),
         (lambda out: ["--scale", "nan"], "scale: nan is not a positive number"),
         (lambda out: ["--scale", "1000"], "leaves nothing of 90 × 160 pixels"),
-        (lambda out: ["--name", ""], "use letters, digits"),
+        (lambda out: ["--masks", ""], "use letters, digits"),
         (lambda out: ["--camera", "CAM_TOP"], "unknown camera 'CAM_TOP'"),
     ],
 )

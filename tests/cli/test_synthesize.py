@@ -1,10 +1,11 @@
 import json
 
+import cv2
 import pytest
 from click.testing import CliRunner
 from ogmkit_cli.main import main
 
-SMALL = ["--scenes", "1", "--frames", "1", "--cameras", "CAM_BACK", "--image-size", "80x45", "--no-lidar"]
+SMALL = ["--num-scenes", "1", "--frames", "1", "--camera", "CAM_BACK", "--image-size", "45x80", "--no-lidar"]
 
 
 def run(*arguments):
@@ -21,6 +22,7 @@ def test_makes_a_dataset_and_says_what(tmp_path):
     assert len(list((out / "v1.0-toy").iterdir())) == 13
     (image,) = (out / "samples").glob("*/*")
     assert image.parent.name == "CAM_BACK"
+    assert cv2.imread(str(image)).shape == (45, 80, 3)
 
 
 def test_incidents_change_the_traffic(tmp_path):
@@ -42,8 +44,9 @@ def test_full_folder_is_an_error_of_one_line(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "code"),
     [
+        (["--camera", "CAM_TOP"], 1),
         (["--cameras", "CAM_TOP"], 1),
-        (["--scenes", "0"], 1),
+        (["--num-scenes", "0"], 1),
         (["--relief", "-1"], 1),
         (["--image-size", "big"], 2),
         (["--frames", "many"], 2),
@@ -61,4 +64,4 @@ def test_default_cameras_are_all_of_the_rig():
     from ogmkit.synthetic.rig import CAMERA_MOUNTS
 
     (option,) = [option for option in command.params if option.name == "cameras"]
-    assert option.default.split(",") == list(CAMERA_MOUNTS)
+    assert list(option.default) == list(CAMERA_MOUNTS)

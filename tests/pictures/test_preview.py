@@ -136,7 +136,7 @@ def test_each_view_and_set_has_a_file_of_its_own(make_shards, add_masks, tmp_pat
         ("footprints", "surface", "render-footprints {out} --method warp --homography surface"),
         ("masks", "dlt-project", "render-footprints {out} --method project --homography dlt"),
         ("stretch", "surface", "render-footprints {out} --method full-body"),
-        ("masks", "mine", "render-footprints {out} --name mine"),
+        ("masks", "mine", "render-footprints {out} --masks mine"),
     ],
 )
 def test_an_absent_set_is_an_error_that_names_the_command(make_shards, tmp_path, subject, mask_set, command):

@@ -28,7 +28,7 @@ def test_the_command_of_a_homography(source, command):
         ("network-deep", "--method warp --homography network-deep"),
         ("surface-project", "--method project --homography surface"),
         ("full-body", "--method full-body"),
-        ("large", "--name large"),
+        ("large", "--masks large"),
     ],
 )
 def test_the_command_of_a_set_of_footprints(name, options):

@@ -1,0 +1,5 @@
+"""`python -m ogmkit`: the command, which the library does not import otherwise."""
+
+import runpy
+
+runpy.run_module("ogmkit_cli", run_name="__main__")
