@@ -9,7 +9,7 @@ from ogmkit.geometry.se3 import level_from_global
 from ogmkit.typing import BoolArray, FloatArray, IntArray, UInt8Array
 
 STEPS = 6
-"""Key frames of past and of future around a frame (DESIGN §3)."""
+"""Key frames of past and of future around a frame (design.md §3)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +82,7 @@ class FrameRecord:
         image_size: (height, width) in pixels.
         intrinsics: (3, 3) float64.
         ego_from_camera: (4, 4) float64.
-        global_from_ego: (4, 4) float64, the ego pose of the image (DESIGN §1), not the LiDAR's.
+        global_from_ego: (4, 4) float64, the ego pose of the image (design.md §1), not the LiDAR's.
         boxes: all annotations of the sample, at the sample's time.
         neighbour_timestamps_us: (13,) int64 of this camera's images at steps −6 … +6; −1 where there is none.
         neighbour_positions_global: (13, 3) float64 of the ego there; NaN where there is none.

@@ -1,4 +1,4 @@
-"""The bird's-eye-view grid: the one home of the cell convention (DESIGN §1)."""
+"""The bird's-eye-view grid: the one home of the cell convention (design.md §1)."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""Past and future positions of the ego around a frame, in that frame's level coordinates (DESIGN §3)."""
+"""Past and future positions of the ego around a frame, in that frame's level coordinates (design.md §3)."""
 
 from dataclasses import dataclass
 

@@ -55,6 +55,33 @@ def test_each_command_and_each_of_its_options_has_help(name):
             assert parameter.help, f"{name} {parameter.opts[0]}"
 
 
+def test_every_design_section_that_code_refers_to_exists():
+    root = README.parent
+    headings = re.findall(r"^## (\d+)\.", (root / "docs/design.md").read_text(encoding="utf-8"), re.MULTILINE)
+    for path in (*(root / "ogmkit").rglob("*.py"), *(root / "cli").rglob("*.py")):
+        for found in re.findall(r"design\.md §(\d+)", path.read_text(encoding="utf-8")):
+            assert found in headings, f"{path}: §{found}"
+
+
+METAVARS = {
+    "--camera": "CHANNEL,…",
+    "--scenes": "NAME,…",
+    "--split-file": None,
+    "--image-size": "HEIGHTxWIDTH",
+    "--masks": "SET",
+    "--homography": "SOURCE",
+}
+"""What an option of that name takes in every command that has it."""
+
+
+@pytest.mark.parametrize("name", EACH)
+def test_an_option_means_the_same_in_every_command(name):
+    for option in EACH[name].params:
+        for flag in METAVARS.keys() & set(option.opts):
+            assert option.metavar == METAVARS[flag], f"{name} {flag}"
+        assert not {"--set", "--num-workers"} & set(option.opts)
+
+
 @pytest.mark.parametrize("name", EACH)
 def test_no_help_shows_a_backslash(name):
     assert "\\" not in CliRunner().invoke(main, [*name.split(), "--help"]).output

@@ -1,4 +1,4 @@
-"""Parts of the grid that figures are given for (DESIGN §3)."""
+"""Parts of the grid that figures are given for (design.md §3)."""
 
 from collections.abc import Mapping
 

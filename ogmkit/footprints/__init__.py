@@ -1,1 +1,1 @@
-"""Flatmobiles: drivable area and the vehicles' ground faces as masks in camera view (DESIGN §2, §3)."""
+"""Flatmobiles: drivable area and the vehicles' ground faces as masks in camera view (design.md §2, §3)."""

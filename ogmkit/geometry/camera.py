@@ -1,4 +1,4 @@
-"""Pinhole projection; image pixels have their centre at integers (DESIGN §1)."""
+"""Pinhole projection; image pixels have their centre at integers (design.md §1)."""
 
 import numpy as np
 
@@ -43,7 +43,7 @@ def image_from_ground(intrinsics: FloatArray, level_from_camera: FloatArray) -> 
 def image_from_resized(image_size: tuple[int, int], resized: tuple[int, int]) -> FloatArray:
     """Pixels of an image from pixels of its resized copy: their corners coincide, not their first centres.
 
-    The right form of the paper's misprinted S (DESIGN §2): u = s·(u' + 1/2) − 1/2 on each axis.
+    The right form of the paper's misprinted S (design.md §2): u = s·(u' + 1/2) − 1/2 on each axis.
 
     Args:
         image_size: (height, width) of the image.

@@ -62,13 +62,13 @@ def transform_points(destination_from_source: FloatArray, points_source: FloatAr
 
 
 def heading_rad(global_from_ego: FloatArray) -> FloatArray:
-    """Heading about global z of (..., 4, 4) poses: where the body's x axis points on the map (DESIGN §1)."""
+    """Heading about global z of (..., 4, 4) poses: where the x axis points on the map (design.md §1)."""
     heading: FloatArray = np.arctan2(global_from_ego[..., 1, 0], global_from_ego[..., 0, 0])
     return heading
 
 
 def level_from_global(global_from_ego: FloatArray) -> FloatArray:
-    """Transform into the `level` frame: the ego's origin and heading, z exactly up (DESIGN §1).
+    """Transform into the `level` frame: the ego's origin and heading, z exactly up (design.md §1).
 
     Args:
         global_from_ego: (..., 4, 4) poses.

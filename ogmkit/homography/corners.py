@@ -30,7 +30,7 @@ class Corners:
 
 
 def usable_boxes(frame: FrameGeometry, settings: FitSettings) -> BoolArray:
-    """(M,) boxes whose corners may be fitted to (DESIGN §2): wholly visible, near, of the categories."""
+    """(M,) boxes whose corners may be fitted to (design.md §2): wholly visible, near, of the categories."""
     wanted = np.array([name.startswith(settings.categories) for name in frame.category], dtype=bool)
     clear = (frame.visibility == 0) | (frame.visibility >= settings.min_visibility)
     usable: BoolArray = wanted & clear & frame.wholly_visible & (frame.range_m <= settings.max_distance_m)

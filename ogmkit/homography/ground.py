@@ -7,7 +7,7 @@ import numpy as np
 from ogmkit.homography.frame import FrameGeometry
 from ogmkit.typing import BoolArray, FloatArray, IntArray
 
-# All figures are DESIGN §2's; standard deviations in metres unless another unit stands in the name.
+# All figures are design.md §2's; standard deviations in metres unless another unit stands in the name.
 _MATERN_LENGTH_M = 60.0
 _MATERN_VARIANCE = 1.0
 _SLOPE_VARIANCE = 0.05**2 + 0.002**2  # of the plane through the ego; slopes without unit
@@ -104,7 +104,7 @@ def viewing_direction(frame: FrameGeometry) -> FloatArray:
 
 
 def _is_evidence(frame: FrameGeometry) -> BoolArray:
-    """(M,) boxes whose bottoms say something of the ground that the camera sees (DESIGN §2)."""
+    """(M,) boxes whose bottoms say something of the ground that the camera sees (design.md §2)."""
     x, y = (frame.bottoms_level[:, :2] @ viewing_direction(frame).T).T
     evidence: BoolArray = (x > 0) & (np.hypot(x, y) < _MAX_RANGE_M) & (np.abs(y) < np.maximum(25, x + 10))
     return evidence

@@ -62,7 +62,7 @@ class RangeSummary:
 
 
 def left_out_errors(method: str, frame: FrameGeometry, settings: FitSettings) -> LeftOutErrors:
-    """Leave out each vehicle that DESIGN §2 evaluates on in turn, fit without it and measure it.
+    """Leave out each vehicle that design.md §2 evaluates on in turn, fit without it and measure it.
 
     An object stands once in a frame and the methods know only that frame: no other box of its track helps.
 
@@ -79,7 +79,7 @@ def left_out_errors(method: str, frame: FrameGeometry, settings: FitSettings) ->
 
 
 def box_errors(frame: FrameGeometry, estimate: Callable[[IntArray], Estimates]) -> LeftOutErrors:
-    """Measure what is found without each vehicle that DESIGN §2 evaluates on.
+    """Measure what is found without each vehicle that design.md §2 evaluates on.
 
     Args:
         frame: camera and boxes.

@@ -13,8 +13,8 @@ def apply(homography: FloatArray, points: FloatArray) -> tuple[FloatArray, Float
         points: (..., N, 2) in the source plane; leading axes broadcast.
 
     Returns:
-        (..., N, 2) in the destination plane, meaningful only where w > 0 (for a matrix with DESIGN's sign),
-        and (..., N) w, the third homogeneous coordinate.
+        (..., N, 2) in the destination plane, meaningful only where w > 0 (for a matrix with the sign of
+        design.md §2), and (..., N) w, the third homogeneous coordinate.
     """
     linear = np.swapaxes(homography[..., :2], -1, -2)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):

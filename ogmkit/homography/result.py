@@ -37,7 +37,7 @@ class Estimates:
 
 @dataclass(frozen=True, eq=False)
 class Homography:
-    """The homography of one frame (DESIGN §2).
+    """The homography of one frame (design.md §2).
 
     Attributes:
         bev_from_image: (3, 3) float64, pixel to cell; |h33| = 1, w > 0 for ground in front; NaN if invalid.

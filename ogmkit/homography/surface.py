@@ -14,7 +14,7 @@ from ogmkit.homography.result import Estimates, estimates
 from ogmkit.homography.settings import FitSettings
 from ogmkit.typing import BoolArray, FloatArray, IntArray
 
-# DESIGN §2's figures.
+# design.md §2's figures.
 _GRID_X_M = np.arange(4.0, 80.1, 4.0)
 _GRID_Y_M = np.arange(-44.0, 44.1, 4.0)
 _NEAREST_M, _FARTHEST_M = 6.0, 62.0
@@ -36,7 +36,7 @@ class _Samples:
 
     Attributes:
         places_m: (S, 2) in the level frame.
-        weights: (B, S) DESIGN's w.
+        weights: (B, S) w of design.md §2.
         heights_m: (B, S).
         pixels: (B, S, 2) where the camera sees them.
         depth_m: (B, S).

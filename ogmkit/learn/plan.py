@@ -14,7 +14,7 @@ class Plan:
     """Future points 1 … 5 as bivariate Gaussians, in the level frame of the last image.
 
     Attributes:
-        mean: (5, 2) float64, metres: x forward, y left. It is the prediction (DESIGN §3).
+        mean: (5, 2) float64, metres: x forward, y left. It is the prediction (design.md §3).
         sigma: (5, 2) float64, metres: standard deviations of x and y; NaN where there is no distribution.
         rho: (5,) float64, correlation of x and y; NaN as `sigma`.
     """

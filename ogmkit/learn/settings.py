@@ -36,7 +36,7 @@ _STAGE_2 = {"epochs": 200, "batch_size": 10, "clip_norm": 1.0}
 
 @dataclass(frozen=True)
 class TrainSettings:
-    """What to train, and how (DESIGN §4). None where the system's own default is filled in on construction.
+    """What to train, and how (design.md §4). None where the system's default is filled in.
 
     Attributes:
         system: the system's name.

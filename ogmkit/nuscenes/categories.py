@@ -1,4 +1,4 @@
-"""Categories are chosen by the beginning of their names (DESIGN §3)."""
+"""Categories are chosen by the beginning of their names (design.md §3)."""
 
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""A nuScenes-style dataset: scenes as frozen records, checked where they are used (DESIGN §7)."""
+"""A nuScenes-style dataset: scenes as frozen records, checked where they are used (design.md §7)."""
 
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Splits: a split file, else the dataset's `splits.json`, else the official scene lists (DESIGN §7)."""
+"""Splits: a split file, else the dataset's `splits.json`, else the official scene lists (design.md §7)."""
 
 import json
 from collections.abc import Mapping, Sequence

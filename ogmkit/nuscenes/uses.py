@@ -1,4 +1,4 @@
-"""Which scene, and which of its cameras, uses a record: damage counts where it is used (DESIGN §7)."""
+"""Which scene, and which of its cameras, uses a record: damage counts where it is used (design.md §7)."""
 
 from dataclasses import dataclass
 

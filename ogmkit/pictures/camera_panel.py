@@ -90,7 +90,7 @@ def _draw_box(
 
 
 def _panel_intrinsics(view: View, height: int) -> FloatArray:
-    """Intrinsics of the scaled image; pixel centres at integers move by half a pixel less (DESIGN §1)."""
+    """Intrinsics of the scaled image; pixel centres at integers move by half a pixel less (design.md §1)."""
     scale = height / view.image_size[0]
     shift = (scale - 1) / 2
     panel_from_image = np.array([[scale, 0, shift], [0, scale, shift], [0, 0, 1]])

@@ -1,4 +1,4 @@
-"""The drivable raster: the map's mask seen through the grid (DESIGN §1)."""
+"""The drivable raster: the map's mask seen through the grid (design.md §1)."""
 
 import math
 

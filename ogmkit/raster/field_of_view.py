@@ -1,4 +1,4 @@
-"""The cells that a camera sees, by its calibration and a flat ground (DESIGN §5)."""
+"""The cells that a camera sees, by its calibration and a flat ground (design.md §5)."""
 
 import numpy as np
 

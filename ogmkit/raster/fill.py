@@ -1,4 +1,4 @@
-"""Polygon fill by cell centres: an exact scanline; drawing routines also paint the outline (DESIGN §1)."""
+"""Polygon fill by cell centres: an exact scanline; drawing routines also paint the outline (design.md §1)."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""The frame's LiDAR points, moved to the camera's time (DESIGN §5)."""
+"""The frame's LiDAR points, moved to the camera's time (design.md §5)."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The vehicle canvas: ground faces of annotated boxes (DESIGN §3)."""
+"""The vehicle canvas: ground faces of annotated boxes (design.md §3)."""
 
 import numpy as np
 

@@ -17,7 +17,7 @@ def rasterise(areas: MultiPolygon, size_m: tuple[float, float]) -> UInt8Array:
     """Pixels whose centre lies inside, by the even-odd rule.
 
     Pixel (row, column) has its centre at x = column / 10, y = (height − row) / 10: the devkit's rule
-    (`MapMask.to_pixel_coords`; DESIGN §1).
+    (`MapMask.to_pixel_coords`; design.md §1).
 
     Args:
         areas: polygons in `global` metres.

@@ -1,4 +1,4 @@
-"""Left-out errors on real frames (DESIGN §2): the honest figures, held to what was reached."""
+"""Left-out errors on real frames (design.md §2): the honest figures, held to what was reached."""
 
 import numpy as np
 import pytest

@@ -3,7 +3,7 @@ import pytest
 
 from ogmkit.shards import schema
 
-# DESIGN §5: the names that users and checks rely on.
+# design.md §5: the names that users and checks rely on.
 PROMISED = {
     "sample_token sample_data_token timestamp_us drivable vehicles field_of_view image image_path image_size",
     "intrinsics ego_from_camera global_from_ego level_from_global trajectory/past trajectory/future",

@@ -1,7 +1,7 @@
 """The figures of plans: of each point, then over all sequences, read in two ways.
 
 The paper's formula of the ADE averages over the points up to a horizon, its table can be read as the
-displacement at it: both are given, `mean` and `at` (DESIGN §3).
+displacement at it: both are given, `mean` and `at` (design.md §3).
 """
 
 import numpy as np

@@ -17,7 +17,7 @@ from ogmkit.shards.reader import Shard
 from ogmkit.typing import BoolArray, IntArray
 
 SEQUENCE = 6
-"""Images of a sequence sample, t = −5 … 0 (DESIGN §3: τ + 1)."""
+"""Images of a sequence sample, t = −5 … 0 (design.md §3: τ + 1)."""
 
 _Conditions = Mapping[str, BoolArray]
 """What a sample must have → (N,) whether it does, over a camera's frames."""

@@ -38,7 +38,7 @@ def warp_to_bev(
 
 
 def rescaled(bev_from_image: Tensor, image_size: tuple[int, int], resized: tuple[int, int]) -> Tensor:
-    """The homography of a resized image's pixels: the paper's S, put right (DESIGN §2).
+    """The homography of a resized image's pixels: the paper's S, put right (design.md §2).
 
     Args:
         bev_from_image: (B, 3, 3) float64.
