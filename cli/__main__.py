@@ -2,4 +2,5 @@
 
 from .main import main
 
-main(prog_name="ogmkit")
+if __name__ == "__main__":
+    main(prog_name="ogmkit")

@@ -29,6 +29,10 @@ COMMANDS = {
 """Commands in the order of work, with the first sentence of each one's help (a test compares them)."""
 
 
+RESUMABLE = {"extract", "homography-fit", "render-footprints", "train", "predict", "run"}
+"""Commands that resume where they were interrupted when they are run again."""
+
+
 class Failure(click.ClickException):
     """A failed run: one line on stderr and exit code 1, without usage or traceback."""
 
@@ -78,13 +82,17 @@ class LazyGroup(click.Group):
         except OgmkitError as error:
             raise Failure(f"error: {error}") from error
         except KeyboardInterrupt as error:
-            raise Interrupted("interrupted") from error
+            raise Interrupted(_interrupted(ctx.invoked_subcommand)) from error
         except MemoryError as error:
             raise Failure("error: out of memory; try fewer --workers or a smaller grid") from error
         except BrokenPipeError:
             raise  # Click ends quietly
         except OSError as error:
             raise Failure(f"error: {error}") from error
+
+
+def _interrupted(command: str | None) -> str:
+    return "interrupted; run the same command to resume" if command in RESUMABLE else "interrupted"
 
 
 def _no_such_command(name: str) -> str:

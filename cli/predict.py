@@ -31,23 +31,23 @@ def command() -> None:
 )
 @cameras_option()
 @batch_size_option
-@click.option("--overwrite", is_flag=True, help="Predict anew what is there; another RUN is allowed.")
+@click.option("--overwrite", is_flag=True, help="Replace existing predictions; another RUN is allowed.")
 def homography(
-    out: Path, checkpoint: Path, name: str, cameras: tuple[str, ...], batch_size: int, overwrite: bool
+    shards: Path, checkpoint: Path, name: str, cameras: tuple[str, ...], batch_size: int, overwrite: bool
 ) -> None:
     """Add a network's homographies to shards.
 
-    Adds a group homography/<name> to each camera of the shards in OUT, a folder that `ogmkit extract` wrote,
-    and shows what they are worth, as `ogmkit homography-fit` does: the network has seen no box of any frame.
-    A frame where its answer is no homography is marked invalid, with the reason. A run that was interrupted
-    goes on where it stopped when it is called again.
+    Adds a group homography/<name> to each camera of SHARDS, a folder that `ogmkit extract` wrote, and shows
+    their errors as `ogmkit homography-fit` does; the network has seen no box of any frame. A frame where its
+    answer is not a homography is marked invalid, with the reason. To resume after an interruption, run the
+    same command again.
     """
     require_train()
     from ogmkit.learn.network_homography import predict_homographies
 
     with progress(None, "shards", "predict homography") as advance:
         summary = predict_homographies(
-            out,
+            shards,
             checkpoint,
             name=name,
             cameras=cameras,

@@ -198,7 +198,7 @@ def test_ctrl_c_ends_at_once_with_whole_shards_only(tmp_path, slow_arguments, wo
         assert process.running()
         time.sleep(0.002)
     process.send(signal.SIGINT)
-    assert process.finish() == (130, "ogmkit: interrupted\n")
+    assert process.finish() == (130, "ogmkit: interrupted; run the same command to resume\n")
     names = {path.name for path in out.iterdir()}
     assert {name for name in names if not name.endswith(".h5")} == {".ogmkit-extract.json"}
 

@@ -241,7 +241,7 @@ def test_ctrl_c_ends_at_once_with_whole_shards_only(out, workers, start):
         assert process.running()
         time.sleep(0.001)
     process.send(signal.SIGINT)
-    assert process.finish() == (130, "ogmkit: interrupted\n")
+    assert process.finish() == (130, "ogmkit: interrupted; run the same command to resume\n")
     names = {path.name for path in out.iterdir() if path.suffix != ".h5"}
     assert names == {"manifest.json", ".ogmkit-amend.json"}
     assert run(out, "--method", "surface").exit_code == 0

@@ -58,6 +58,16 @@ def test_expected_failures_are_one_line_on_stderr(run_raising, error, line, code
     assert (result.exit_code, result.stderr.strip(), result.stdout) == (code, line, "")
 
 
+def test_an_interrupted_command_says_whether_it_resumes(run_raising, monkeypatch):
+    monkeypatch.setattr(shell, "RESUMABLE", {"fail"})
+
+    assert run_raising(KeyboardInterrupt()).stderr == "ogmkit: interrupted; run the same command to resume\n"
+
+
+def test_commands_that_resume_are_commands():
+    assert set(shell.COMMANDS) >= shell.RESUMABLE
+
+
 def test_a_message_with_line_breaks_and_control_characters_stays_one_harmless_line(run_raising):
     result = run_raising(TableError("scene\nname \x1b[31m é\udc80"))
 

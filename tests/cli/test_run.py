@@ -132,7 +132,7 @@ def test_ctrl_c_ends_cleanly_and_the_same_command_goes_on(write, tmp_path, start
         time.sleep(0.02)
     process.send(signal.SIGINT, group=False)
     code, errors = process.finish(LONG_S)
-    assert (code, errors.splitlines()[-1]) == (130, "ogmkit: interrupted")
+    assert (code, errors.splitlines()[-1]) == (130, "ogmkit: interrupted; run the same command to resume")
     plan = run("--plan").stdout
     assert re.search(r"^train lstm-ed +to go on +was cut short$", plan, re.MULTILINE)
     assert Path("out/runs/lstm-ed/last.ckpt").exists()

@@ -162,7 +162,10 @@ def test_killed_and_interrupted_it_ends_with_the_same_weights(shards, tmp_path, 
     wait_for(cut / "samples.png", process)
     time.sleep(0.1)
     process.send(signal.SIGINT, group=False)
-    assert process.finish(TRAINED_S) in ((130, "ogmkit: interrupted\n"), (0, ""))
+    assert process.finish(TRAINED_S) in (
+        (130, "ogmkit: interrupted; run the same command to resume\n"),
+        (0, ""),
+    )
     assert start(*arguments, cut).finish(TRAINED_S) == (0, "")
     left, right = weights(whole), weights(cut)
     assert all(torch.equal(left[name], right[name]) for name in left)

@@ -22,6 +22,7 @@ def test_masks_of_images_of_odd_sizes(check_network, make_camera, batch, size, e
 
 
 def test_frames_of_a_batch_have_calibrations_of_their_own(make_camera):
+    torch.manual_seed(0)  # other sums round otherwise: about 1e-5 with some weights
     net = OftNet("resnet18", None, GRID, channels=16, blocks=1).eval()
     image = torch.rand(1, 3, 64, 96)
     cameras = [make_camera((64, 96), yaw=yaw) for yaw in (0.0, 40.0)]
