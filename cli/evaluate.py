@@ -123,7 +123,7 @@ def command(
     """  # noqa: D301  # Click wants the character
     if pictures is not None and not runs:
         raise click.UsageError("--pictures needs a RUN.")
-    perceiving, planning = _by_stage(runs)
+    perceiving, planning = _by_stage(shards, runs)
     if perceiving and planning and form in ROWS:
         raise click.UsageError(f"--format {form} holds one table: give runs that predict grids, or planners.")
     if pictures is not None:
@@ -139,8 +139,8 @@ def command(
         _plans(shards, planning, form, pictures, **common)
 
 
-def _by_stage(runs: tuple[Path, ...]) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
-    """Runs that predict grids, and planners."""
+def _by_stage(shards: Path, runs: tuple[Path, ...]) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
+    """Runs that predict grids, and planners; others are left out with a note, unless there are only those."""
     if not runs:
         return (), ()
     from .extras import require_train
@@ -148,7 +148,16 @@ def _by_stage(runs: tuple[Path, ...]) -> tuple[tuple[Path, ...], tuple[Path, ...
     require_train()
     from ogmkit.evaluation.entrants import by_stage
 
-    return by_stage(runs)
+    stages = by_stage(runs)
+    if not (stages.perceiving or stages.planning):
+        return stages.untabled, ()  # `evaluate` says what to do instead
+    for path in stages.untabled:
+        click.echo(
+            f"{path}: predicts homographies, which have no table; left out. "
+            f"`ogmkit predict homography {shards} --checkpoint {path}` shows their errors",
+            err=True,
+        )
+    return stages.perceiving, stages.planning
 
 
 def _grids(

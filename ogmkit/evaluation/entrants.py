@@ -107,19 +107,33 @@ def open_each(
         yield path, run
 
 
-def by_stage(runs: Sequence[Path]) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
-    """Runs that perceive and runs that plan, each in the order given; no network is built.
+@dataclass(frozen=True)
+class ByStage:
+    """Runs by the table that they belong to, each in the order given.
+
+    Attributes:
+        perceiving: they predict grids: the first table.
+        planning: they plan: the second table.
+        untabled: they predict homographies, which have no table of their own.
+    """
+
+    perceiving: tuple[Path, ...]
+    planning: tuple[Path, ...]
+    untabled: tuple[Path, ...]
+
+
+def by_stage(runs: Sequence[Path]) -> ByStage:
+    """Sort runs by what their checkpoints say; no network is built.
 
     Raises:
         CheckpointError: there is no checkpoint, or it is damaged.
     """
     from ogmkit.learn.checkpoints import checkpoint_file, read_checkpoint  # noqa: PLC0415  # it loads torch
 
-    plans = [read_checkpoint(checkpoint_file(path))[0].settings.system in PLANNERS for path in runs]
-    perceiving, planning = (
-        tuple(path for path, one in zip(runs, plans, strict=True) if one == stage) for stage in (False, True)
-    )
-    return perceiving, planning
+    systems = {path: read_checkpoint(checkpoint_file(path))[0].settings.system for path in runs}
+    planning = tuple(path for path in runs if systems[path] in PLANNERS)
+    untabled = tuple(path for path in runs if systems[path] == "homography")
+    return ByStage(tuple(path for path in runs if path not in (*planning, *untabled)), planning, untabled)
 
 
 def predictions(

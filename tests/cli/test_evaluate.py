@@ -109,15 +109,28 @@ def planners(tmp_path, monkeypatch, runs):
 
 
 def by_stage(paths):
-    """Planners are called so."""
-    plans = [path.name.startswith("planner") for path in paths]
-    return tuple(
-        tuple(path for path, one in zip(paths, plans, strict=True) if one == stage) for stage in (False, True)
-    )
+    """Planners and homographies are called so."""
+    planning = tuple(path for path in paths if path.name.startswith("planner"))
+    untabled = tuple(path for path in paths if path.name.startswith("homography"))
+    others = tuple(path for path in paths if path not in (*planning, *untabled))
+    return entrants.ByStage(others, planning, untabled)
 
 
 def run(*arguments):
     return CliRunner().invoke(main, ["evaluate", *map(str, arguments)])
+
+
+def test_runs_of_homographies_are_left_out_with_a_note(shards, runs, tmp_path):
+    left = tmp_path / "homography"
+    left.mkdir()
+    alone, both = run(shards, runs[0]), run(shards, left, runs[0])
+
+    assert both.exit_code == 0
+    assert both.stdout == alone.stdout
+    assert both.stderr == (
+        f"{left}: predicts homographies, which have no table; left out. `ogmkit predict homography {shards} "
+        f"--checkpoint {left}` shows their errors\n"
+    )
 
 
 def test_the_options_have_the_librarys_defaults():

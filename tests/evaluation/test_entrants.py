@@ -56,11 +56,14 @@ def test_runs_are_told_apart_by_what_their_checkpoints_say(monkeypatch):
     module = ModuleType("ogmkit.learn.checkpoints")
     module.checkpoint_file, module.read_checkpoint = (lambda path: path / "best.ckpt"), read_checkpoint
     monkeypatch.setitem(sys.modules, module.__name__, module)
-    given = paths("holistic", "footprints", "lstm-ed", "ved", "holistic-cv", "mid-to-end", "end-to-end")
+    given = paths(
+        "homography", "holistic", "footprints", "lstm-ed", "ved", "holistic-cv", "mid-to-end", "end-to-end"
+    )
 
-    perceiving, planning = by_stage(given)
-    assert [path.name for path in perceiving] == ["footprints", "ved"]
-    assert [path.name for path in planning] == [
+    found = by_stage(given)
+    assert [path.name for path in found.untabled] == ["homography"]
+    assert [path.name for path in found.perceiving] == ["footprints", "ved"]
+    assert [path.name for path in found.planning] == [
         "holistic",
         "lstm-ed",
         "holistic-cv",

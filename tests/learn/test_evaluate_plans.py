@@ -20,7 +20,12 @@ CAMERAS = ("CAM_FRONT",)
 def runs(tmp_path_factory, plan_shards, make_run):
     grid = read_manifest(plan_shards).settings.targets.grid
     folder = tmp_path_factory.mktemp("runs")
-    chosen = {"mid-to-end": {"no_past": True}, "holistic": {"warp": "surface"}, "footprints": {}}
+    chosen = {
+        "mid-to-end": {"no_past": True},
+        "holistic": {"warp": "surface"},
+        "footprints": {},
+        "homography": {},
+    }
     return {
         name: make_run(folder / name, name, grid, CAMERAS, masks="surface", **more)
         for name, more in chosen.items()
@@ -28,10 +33,10 @@ def runs(tmp_path_factory, plan_shards, make_run):
 
 
 def test_runs_go_to_the_table_of_their_stage(runs):
-    assert by_stage([*runs.values()]) == (
-        (runs["footprints"],),
-        (runs["mid-to-end"], runs["holistic"]),
-    )
+    found = by_stage([*runs.values()])
+    assert found.perceiving == (runs["footprints"],)
+    assert found.planning == (runs["mid-to-end"], runs["holistic"])
+    assert found.untabled == (runs["homography"],)
 
 
 def test_figures_are_those_of_the_plans(runs, plan_shards):
