@@ -152,7 +152,7 @@ def _plan_lines(scenes: Sequence[ScenePlan]) -> Iterator[tuple[str, str]]:
 
 def _failure_lines(summary: ExtractSummary) -> Iterator[str]:
     """A line a reason: where a map is missing, that of hundreds of scenes is the same."""
-    from ogmkit.nuscenes.names import listed
+    from ogmkit.base.names import listed
 
     scenes_of: dict[str, list[str]] = {}
     for failure in summary.failures:

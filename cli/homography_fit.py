@@ -91,7 +91,7 @@ def command(
     from ogmkit.pipeline.homography_fit import fit_shards
 
     if plot is not None:
-        from ogmkit.shards.atomic import require_outside
+        from ogmkit.base.atomic import require_outside
 
         require_outside(plot, shards)
     settings = FitSettings(min_points, min_spread_m, max_distance_m, categories, min_visibility)

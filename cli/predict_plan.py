@@ -112,11 +112,11 @@ def _stream(
     homography_checkpoint: Path | None,
     **chosen: Any,  # noqa: ANN401  # the fields of `Choice`
 ) -> PlanStream:
+    from ogmkit.base.atomic import require_outside
     from ogmkit.learn.plans.folder import plan_of_images
     from ogmkit.learn.plans.objects import PlanJob
     from ogmkit.learn.plans.shards import plans_of_shards
     from ogmkit.learn.predictions import Choice
-    from ogmkit.shards.atomic import require_outside
 
     job = PlanJob(checkpoint, samples, seed, batch_size, workers)
     if calibration is not None:

@@ -27,9 +27,9 @@ def _configured(context: click.Context, parameter: click.Parameter, path: Path |
     from .extras import require_train
 
     require_train()
+    from ogmkit.base.names import unknown
     from ogmkit.errors import SettingsError
     from ogmkit.learn.runs import read_yaml
-    from ogmkit.nuscenes.names import unknown
 
     known = {str(option.name) for option in context.command.params} - _NO_SETTINGS
     values = read_yaml(path)

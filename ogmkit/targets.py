@@ -5,10 +5,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, get_args
 
+from ogmkit.base.jpeg import jpeg_size
 from ogmkit.errors import DataFileError, SettingsError
 from ogmkit.frames import FrameRecord
 from ogmkit.grid import GridSpec
-from ogmkit.nuscenes.jpeg import jpeg_size
 from ogmkit.nuscenes.maps import MapMask
 from ogmkit.nuscenes.paths import resolve
 from ogmkit.raster.drivable import drivable_mask

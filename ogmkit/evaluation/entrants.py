@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ogmkit.base.differences import differences
 from ogmkit.errors import CheckpointError, SettingsError
 from ogmkit.evaluation.scope import PREFERRED, Scope, paths
 from ogmkit.grid import GridSpec
@@ -14,7 +15,6 @@ from ogmkit.shards import schema
 from ogmkit.shards.crosschecks_added import origin_problem
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.remedies import footprints_command, homography_command
-from ogmkit.shards.settings import differences
 
 if TYPE_CHECKING:
     from ogmkit.learn.inference import FramePrediction, Run

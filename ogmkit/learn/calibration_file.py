@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from ogmkit.base.names import unknown
 from ogmkit.errors import TableError
 from ogmkit.learn.json_values import Reader, checked, json_object, numbers
-from ogmkit.nuscenes.names import unknown
 from ogmkit.typing import FloatArray
 
 _MAX_SIDE_PX = 1 << 16

@@ -12,13 +12,13 @@ import torch
 from lightning.fabric.plugins.io.torch_io import TorchCheckpointIO
 
 from ogmkit import __version__
+from ogmkit.base.atomic import replacing
 from ogmkit.errors import CheckpointError, OgmkitError, SettingsError
 from ogmkit.grid import GridSpec
 from ogmkit.learn.runs import BEST, LAST
 from ogmkit.learn.settings import TrainSettings
 from ogmkit.learn.systems.base import System
 from ogmkit.learn.systems.registry import build_system
-from ogmkit.shards.atomic import replacing
 
 _Path = str | Path
 

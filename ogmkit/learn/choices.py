@@ -4,9 +4,9 @@ import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
 
+from ogmkit.base.names import unknown
 from ogmkit.errors import SettingsError
 from ogmkit.learn.settings import HOLISTIC, TrainSettings
-from ogmkit.nuscenes.names import unknown
 from ogmkit.shards import schema
 from ogmkit.shards.manifest import Manifest
 from ogmkit.shards.reader import Shard

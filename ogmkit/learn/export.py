@@ -15,10 +15,10 @@ import torch
 from torch import Tensor, nn
 
 from ogmkit import __version__
+from ogmkit.base.atomic import replacing
 from ogmkit.errors import CheckpointError, OutputError, SettingsError
 from ogmkit.learn.exported import exported
 from ogmkit.learn.inference import Run, open_run
-from ogmkit.shards.atomic import replacing
 
 OPSETS = (16, 20)
 """The lowest and the highest version of ONNX's operators that can be asked for."""

@@ -10,6 +10,7 @@ import numpy as np
 import torch
 from torch.utils.data import Dataset
 
+from ogmkit.base.jpeg import jpeg_size
 from ogmkit.errors import DataFileError
 from ogmkit.geometry.camera import image_from_resized
 from ogmkit.grid import GridSpec
@@ -20,7 +21,6 @@ from ogmkit.learn.data.coarse import coarse_grid
 from ogmkit.learn.data.images import decode_resized, resized
 from ogmkit.learn.data.spec import SampleSpec
 from ogmkit.learn.data.tensors import Sample, per_frame_tensors
-from ogmkit.nuscenes.jpeg import jpeg_size
 from ogmkit.raster.lidar import moved_points, read_points
 from ogmkit.typing import UInt8Array
 

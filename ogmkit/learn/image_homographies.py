@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ogmkit.base.names import unknown
 from ogmkit.errors import SettingsError, TableError
 from ogmkit.geometry.camera import image_from_resized
 from ogmkit.grid import GridSpec
@@ -16,7 +17,6 @@ from ogmkit.learn.calibration_file import Calibration
 from ogmkit.learn.image_inputs import ImageInputs
 from ogmkit.learn.inference import Run, open_run, require_same_grid, require_system
 from ogmkit.learn.network_homography import SYSTEM
-from ogmkit.nuscenes.names import unknown
 
 _NOTHING = np.empty((0, 2))
 

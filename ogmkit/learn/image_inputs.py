@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from ogmkit.base.names import unknown
 from ogmkit.errors import TableError
 from ogmkit.homography.result import Homography
 from ogmkit.learn.calibration_file import Calibration
@@ -11,7 +12,6 @@ from ogmkit.learn.data.loader import EpochBatches, loader
 from ogmkit.learn.image_folder import ImageFolder
 from ogmkit.learn.inference import Run, predict_batch
 from ogmkit.learn.systems.base import Batch, Prediction
-from ogmkit.nuscenes.names import unknown
 
 GIVEN = "calibration file"
 """What homographies that are not the shards' are called where a specification names their source."""

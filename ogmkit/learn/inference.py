@@ -8,6 +8,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from ogmkit.base.differences import differences
 from ogmkit.errors import CheckpointError, OgmkitError, SettingsError
 from ogmkit.geometry.camera import image_from_resized
 from ogmkit.grid import GridSpec
@@ -17,7 +18,6 @@ from ogmkit.learn.data.index import index_frames
 from ogmkit.learn.data.loader import EpochBatches, loader
 from ogmkit.learn.systems.base import Batch, Prediction, System
 from ogmkit.shards.manifest import file_sha256, read_manifest
-from ogmkit.shards.settings import differences
 from ogmkit.typing import Float32Array, FloatArray
 
 

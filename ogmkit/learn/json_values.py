@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from ogmkit.base.names import unknown
 from ogmkit.errors import TableError
-from ogmkit.nuscenes.names import unknown
 from ogmkit.typing import FloatArray
 
 Reader = Callable[[str, object], Any]

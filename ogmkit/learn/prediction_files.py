@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ogmkit import __version__
+from ogmkit.base.atomic import output_errors, replacing
 from ogmkit.errors import OutputError
 from ogmkit.learn.data.spec import TARGETS
 from ogmkit.learn.inference import Run
-from ogmkit.shards.atomic import output_errors, replacing
 from ogmkit.shards.sink import ShardFile, create
 from ogmkit.typing import Float32Array, UInt8Array
 

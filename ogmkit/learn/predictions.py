@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ogmkit.base.atomic import require_outside
+from ogmkit.base.names import unknown
 from ogmkit.errors import SettingsError
 from ogmkit.learn.choices import common_cameras, preferred
 from ogmkit.learn.data.index import FrameIndex, index_frames
@@ -24,9 +26,7 @@ from ogmkit.learn.prediction_files import (
     write_h5,
     write_pngs,
 )
-from ogmkit.nuscenes.names import unknown
 from ogmkit.shards import schema
-from ogmkit.shards.atomic import require_outside
 from ogmkit.shards.manifest import Manifest, read_manifest
 from ogmkit.shards.reader import Shard
 from ogmkit.typing import BoolArray

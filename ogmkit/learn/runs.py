@@ -6,10 +6,10 @@ from typing import Any, Protocol
 
 import yaml
 
+from ogmkit.base.atomic import is_part, output_errors, replacing, write_json
+from ogmkit.base.differences import differences
 from ogmkit.errors import CheckpointError, OutputError
 from ogmkit.learn.settings import TrainSettings
-from ogmkit.shards.atomic import is_part, output_errors, replacing, write_json
-from ogmkit.shards.settings import differences
 
 LAST, BEST = "last.ckpt", "best.ckpt"
 CONFIG = "config.yaml"

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, Self, get_args
 
+from ogmkit.base.names import unknown
 from ogmkit.errors import SettingsError
-from ogmkit.nuscenes.names import unknown
 
 PlannerName = Literal["lstm-ed", "end-to-end", "mid-to-end", "holistic", "holistic-cv"]
 SystemName = Literal["homography", "footprints", "ved", "oft", "bev-lidar", PlannerName]

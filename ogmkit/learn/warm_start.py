@@ -2,12 +2,12 @@
 
 from pathlib import Path
 
+from ogmkit.base.differences import differences
 from ogmkit.errors import CheckpointError, SettingsError
 from ogmkit.grid import GridSpec
 from ogmkit.learn.checkpoints import Card, checkpoint_file, read_checkpoint
 from ogmkit.learn.settings import HOLISTIC, TrainSettings
 from ogmkit.learn.systems.base import System
-from ogmkit.shards.settings import differences
 
 _THERE, _HERE = "net.", "perception."
 """What names of the weights begin with in the run of footprints, and in the planner."""

@@ -12,8 +12,8 @@ from PIL import Image
 from torch import Tensor
 from torch.nn import functional
 
+from ogmkit.base.atomic import output_errors, replacing
 from ogmkit.learn.systems.base import Batch, System
-from ogmkit.shards.atomic import output_errors, replacing
 
 _PANEL_HEIGHT = 200
 _PANELS = 4

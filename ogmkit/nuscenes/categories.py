@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from ogmkit.base.names import unknown
 from ogmkit.errors import SettingsError
-from ogmkit.nuscenes.names import unknown
 
 OFFICIAL = (
     "animal",

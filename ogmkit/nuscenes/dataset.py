@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 
+from ogmkit.base.names import unknown
 from ogmkit.errors import SettingsError, TableError
 from ogmkit.frames import SceneRecord
 from ogmkit.nuscenes import splits as split_lists
-from ogmkit.nuscenes.names import unknown
 from ogmkit.nuscenes.overview import SceneOverview, scene_overviews
 from ogmkit.nuscenes.paths import one_line
 from ogmkit.nuscenes.records import SceneKey, frame_records, lidar_records, read_boxes, read_images

@@ -4,8 +4,8 @@ import struct
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from ogmkit.base.jpeg import jpeg_size
 from ogmkit.errors import OgmkitError
-from ogmkit.nuscenes.jpeg import jpeg_size
 from ogmkit.nuscenes.overview import is_present
 from ogmkit.nuscenes.paths import resolve
 from ogmkit.nuscenes.tables import Tables

@@ -4,8 +4,8 @@ import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from ogmkit.base.names import unknown
 from ogmkit.errors import SettingsError, TableError
-from ogmkit.nuscenes.names import unknown
 
 SPLITS_FILE = "splits.json"
 

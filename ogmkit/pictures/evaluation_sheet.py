@@ -7,6 +7,7 @@ from urllib.parse import quote
 
 import numpy as np
 
+from ogmkit.base.atomic import output_errors, require_outside
 from ogmkit.errors import ShardError
 from ogmkit.evaluation.iou import code_of, masks_of
 from ogmkit.evaluation.result import Evaluation, Sample
@@ -20,7 +21,6 @@ from ogmkit.pictures.sheet import Heading, Panel, draw_sheet, draw_tile
 from ogmkit.pictures.subjects import CAMERA_SIZE, PLANE_SIZE
 from ogmkit.pictures.views import View, read_view
 from ogmkit.pipeline.footprint_masks import renderer
-from ogmkit.shards.atomic import output_errors, require_outside
 from ogmkit.shards.manifest import Manifest, read_manifest
 from ogmkit.shards.reader import REMEDY, Shard
 from ogmkit.typing import UInt8Array

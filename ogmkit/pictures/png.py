@@ -5,7 +5,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from ogmkit.shards.atomic import replacing
+from ogmkit.base.atomic import replacing
 from ogmkit.typing import UInt8Array
 
 # Level 6 takes twice as long and saves 4 %. The strategy stands last: the level would set it back.

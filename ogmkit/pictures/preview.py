@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from ogmkit.base.atomic import output_errors, require_outside
 from ogmkit.errors import SettingsError, ShardError
 from ogmkit.pictures.bev_panel import plan_for
 from ogmkit.pictures.masks import DEFAULT_SET, MaskSet, open_sets
@@ -10,7 +11,6 @@ from ogmkit.pictures.png import write_png
 from ogmkit.pictures.sheet import Heading, draw_sheet
 from ogmkit.pictures.subjects import PLANE_SIZE, SUBJECTS
 from ogmkit.pictures.views import evenly, read_view
-from ogmkit.shards.atomic import output_errors, require_outside
 from ogmkit.shards.manifest import Manifest, ShardEntry, read_manifest
 from ogmkit.shards.reader import REMEDY, Shard
 from ogmkit.typing import UInt8Array

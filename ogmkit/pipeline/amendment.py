@@ -5,13 +5,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
+from ogmkit.base.differences import differences
+from ogmkit.base.names import unknown
 from ogmkit.errors import OutputError, SettingsError, ShardError
-from ogmkit.nuscenes.names import unknown
 from ogmkit.shards.additions import added_values
 from ogmkit.shards.fields import AddedKind
 from ogmkit.shards.manifest import Manifest, ShardEntry
 from ogmkit.shards.reader import AGAIN, REMEDY, Shard
-from ogmkit.shards.settings import differences
 from ogmkit.shards.sink import ShardFile
 from ogmkit.shards.structure import structure_problems
 

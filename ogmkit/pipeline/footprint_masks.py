@@ -7,6 +7,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from ogmkit.base.names import unknown
 from ogmkit.errors import SettingsError, ShardError
 from ogmkit.footprints.faces import body_faces, fill, ground_faces
 from ogmkit.footprints.settings import FootprintSettings, Method
@@ -16,7 +17,6 @@ from ogmkit.footprints.warp import require_warpable, warp_to_image
 from ogmkit.geometry.camera import image_from_resized
 from ogmkit.homography.frame import FrameGeometry
 from ogmkit.homography.ground import fit_ground
-from ogmkit.nuscenes.names import unknown
 from ogmkit.pipeline.geometry import frame_geometry
 from ogmkit.raster.vehicles import select
 from ogmkit.shards import schema

@@ -8,8 +8,9 @@ from typing import Any
 
 from filelock import FileLock, Timeout
 
+from ogmkit.base.atomic import is_part, output_errors, remove_parts, write_json
+from ogmkit.base.differences import differences
 from ogmkit.errors import OutputError, ShardError
-from ogmkit.shards.atomic import is_part, output_errors, remove_parts, write_json
 from ogmkit.shards.manifest import (
     AMENDING,
     LOCK,
@@ -21,7 +22,7 @@ from ogmkit.shards.manifest import (
 )
 from ogmkit.shards.manifest import NAME as MANIFEST
 from ogmkit.shards.reader import H5_ERRORS, Shard
-from ogmkit.shards.settings import ExtractSettings, differences
+from ogmkit.shards.settings import ExtractSettings
 
 
 @dataclass(frozen=True)

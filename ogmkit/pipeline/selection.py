@@ -3,10 +3,10 @@
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from ogmkit.base.names import unknown
 from ogmkit.errors import SettingsError
 from ogmkit.nuscenes.categories import require_known
 from ogmkit.nuscenes.dataset import Dataset
-from ogmkit.nuscenes.names import unknown
 from ogmkit.shards.settings import ExtractSettings
 
 

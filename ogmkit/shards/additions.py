@@ -9,8 +9,8 @@ from typing import Any
 import h5py
 
 from ogmkit import __version__
+from ogmkit.base.atomic import replacing
 from ogmkit.errors import SettingsError, ShardError
-from ogmkit.shards.atomic import replacing
 from ogmkit.shards.fields import AddedKind
 from ogmkit.shards.layout import attribute_values
 from ogmkit.shards.reader import REMEDY, Shard, damaged

@@ -5,9 +5,9 @@ from itertools import chain, pairwise
 
 import numpy as np
 
+from ogmkit.base.jpeg import jpeg_size
 from ogmkit.frames import STEPS
 from ogmkit.geometry.se3 import level_from_global, transform_points
-from ogmkit.nuscenes.jpeg import jpeg_size
 from ogmkit.raster.field_of_view import field_of_view_mask
 from ogmkit.raster.vehicles import select, vehicle_mask
 from ogmkit.shards.reader import Shard

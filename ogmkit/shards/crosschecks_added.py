@@ -4,11 +4,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ogmkit.base.differences import differences
 from ogmkit.shards.additions import added_values
 from ogmkit.shards.crosschecks import first_wrong
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.schema import FOOTPRINTS, HOMOGRAPHY
-from ogmkit.shards.settings import differences
 from ogmkit.typing import BoolArray
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from ogmkit import __version__
+from ogmkit.base.atomic import write_json
 from ogmkit.errors import SettingsError, ShardError
-from ogmkit.shards.atomic import write_json
 from ogmkit.shards.settings import ExtractSettings
 
 NAME = "manifest.json"

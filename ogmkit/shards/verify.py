@@ -4,8 +4,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from ogmkit.base.atomic import is_part
+from ogmkit.base.differences import differences
 from ogmkit.errors import ShardError
-from ogmkit.shards.atomic import is_part
 from ogmkit.shards.crosschecks import cross_problems
 from ogmkit.shards.crosschecks_added import added_problems
 from ogmkit.shards.manifest import (
@@ -20,7 +21,6 @@ from ogmkit.shards.manifest import (
     unfinished_command,
 )
 from ogmkit.shards.reader import AGAIN, H5_ERRORS, REMEDY, Shard
-from ogmkit.shards.settings import differences
 from ogmkit.shards.structure import structure_problems
 
 

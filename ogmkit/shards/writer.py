@@ -10,12 +10,12 @@ import h5py
 import numpy as np
 
 from ogmkit import __version__
+from ogmkit.base.atomic import replacing
 from ogmkit.errors import TableError
 from ogmkit.frames import FrameRecord, SceneRecord
 from ogmkit.nuscenes.maps import MapMask, MaskStore
 from ogmkit.nuscenes.paths import resolve
 from ogmkit.shards import fields, schema
-from ogmkit.shards.atomic import replacing
 from ogmkit.shards.columns import column
 from ogmkit.shards.layout import attribute_values, create_dataset, store_dataset
 from ogmkit.shards.settings import Compression, ExtractSettings

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from ogmkit.base.atomic import output_errors
 from ogmkit.footprints.settings import FootprintSettings
 from ogmkit.learn.choices import NETWORK
 from ogmkit.pictures.homography_plot import draw
@@ -11,7 +12,6 @@ from ogmkit.pictures.png import write_png
 from ogmkit.pipeline.homography_fit import fit_shards
 from ogmkit.pipeline.render_footprints import render_footprints
 from ogmkit.shards import schema
-from ogmkit.shards.atomic import output_errors
 from ogmkit.workflow.config import Config, Training
 from ogmkit.workflow.groups import groups_gone, groups_of, settle
 from ogmkit.workflow.steps import (

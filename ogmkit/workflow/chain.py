@@ -4,9 +4,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from ogmkit.base.atomic import is_part, output_errors, replacing
 from ogmkit.errors import OutputError
 from ogmkit.pipeline.output import check_place, locked
-from ogmkit.shards.atomic import is_part, output_errors, replacing
 from ogmkit.shards.manifest import LOCK
 from ogmkit.workflow.addition import FitHomographies, PredictHomographies, RenderMasks
 from ogmkit.workflow.config import Config

@@ -13,8 +13,8 @@ from functools import partial
 from pathlib import Path
 from typing import Literal
 
+from ogmkit.base.atomic import output_errors
 from ogmkit.errors import OgmkitError
-from ogmkit.shards.atomic import output_errors
 from ogmkit.workflow.records import Record, read_records, write_records
 from ogmkit.workflow.steps import Call, Decision, Progress, Step, decide
 

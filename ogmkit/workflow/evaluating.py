@@ -5,6 +5,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
 
+from ogmkit.base.atomic import output_errors, remove_parts, replacing
 from ogmkit.evaluation import formats
 from ogmkit.evaluation.evaluate import evaluate
 from ogmkit.evaluation.planning.evaluate import evaluate_plans
@@ -12,7 +13,6 @@ from ogmkit.evaluation.planning.result import PlanEvaluation
 from ogmkit.evaluation.result import Evaluation
 from ogmkit.pictures.evaluation_sheet import draw_evaluation
 from ogmkit.pictures.planning_sheet import draw_plans
-from ogmkit.shards.atomic import output_errors, remove_parts, replacing
 from ogmkit.workflow import steps
 from ogmkit.workflow.config import Config
 from ogmkit.workflow.steps import Call, Made, first_gone

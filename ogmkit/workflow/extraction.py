@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
+from ogmkit.base.atomic import output_errors
 from ogmkit.nuscenes.dataset import Dataset
 from ogmkit.nuscenes.splits import SPLITS_FILE, read_split_file
 from ogmkit.nuscenes.tables import find_version
 from ogmkit.pipeline.extract import extract
 from ogmkit.pipeline.selection import select_scenes
-from ogmkit.shards.atomic import output_errors
 from ogmkit.shards.manifest import AMENDING, MARKER, NAME, file_sha256, read_manifest
 from ogmkit.workflow.config import Config, Source
 from ogmkit.workflow.steps import EXTRACT, Call, Made, first_gone

@@ -6,18 +6,18 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from ogmkit.base.names import unknown
+from ogmkit.base.values import built, converted, field_names, mapping, require_known
 from ogmkit.errors import SettingsError
 from ogmkit.grid import GridSpec
 from ogmkit.homography.methods import METHODS
 from ogmkit.homography.settings import FitSettings
 from ogmkit.learn.choices import NETWORK, SURFACE
-from ogmkit.nuscenes.names import unknown
 from ogmkit.pipeline.homography_fit import DEFAULT_METHODS
 from ogmkit.shards.settings import ExtractSettings
 from ogmkit.targets import TargetSettings
 from ogmkit.workflow.config import Config, EvaluateSettings, MaskSettings, Source
 from ogmkit.workflow.trainings import read_trainings
-from ogmkit.workflow.values import built, converted, field_names, mapping, require_known
 
 _KEYS = (
     *("data", "out", *field_names(Source)[1:], "cameras", "workers"),

@@ -9,8 +9,8 @@ from pathlib import Path, PurePosixPath
 from typing import Any, Literal, get_args
 
 from ogmkit import __version__
+from ogmkit.base.atomic import write_json
 from ogmkit.errors import OutputError, ShardError
-from ogmkit.shards.atomic import write_json
 
 NAME = "manifest.json"
 FORMAT = "ogmkit-run"

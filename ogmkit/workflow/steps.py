@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any, Literal, Protocol
 
 from ogmkit import __version__
+from ogmkit.base.differences import differences
 from ogmkit.learn.choices import NETWORK
-from ogmkit.shards.settings import differences
 from ogmkit.workflow.records import Record, fingerprint
 
 Progress = Callable[[int, int], None]

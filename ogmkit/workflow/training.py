@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ogmkit.base.atomic import output_errors, remove_parts
 from ogmkit.learn.settings import HOLISTIC, TrainSettings
-from ogmkit.shards.atomic import output_errors, remove_parts
 from ogmkit.shards.manifest import file_sha256
 from ogmkit.workflow.config import ELSEWHERE, FOOTPRINTS, HOMOGRAPHY, Config, Training
 from ogmkit.workflow.steps import EXTRACT, Call, Made, first_gone, maker_of, rendering, training

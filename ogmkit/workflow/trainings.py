@@ -5,13 +5,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from ogmkit.base.names import unknown
+from ogmkit.base.values import built, field_names, mapping, require_known
 from ogmkit.errors import SettingsError
 from ogmkit.learn.choices import NETWORK, SURFACE
 from ogmkit.learn.settings import HOLISTIC, PLANNERS, SYSTEMS, TrainSettings
-from ogmkit.nuscenes.names import unknown
 from ogmkit.shards.additions import require_name
 from ogmkit.workflow.config import ELSEWHERE, FOOTPRINTS, HOMOGRAPHY, Config, Training
-from ogmkit.workflow.values import built, field_names, mapping, require_known
 
 _SETTINGS = tuple(name for name in field_names(TrainSettings) if name not in {"system", *ELSEWHERE})
 _BASELINES = tuple(system for system in SYSTEMS if system not in (HOMOGRAPHY, *PLANNERS))

@@ -2,9 +2,10 @@ import json
 
 import pytest
 
+from ogmkit.base.differences import differences
 from ogmkit.errors import SettingsError
 from ogmkit.grid import GridSpec
-from ogmkit.shards.settings import ExtractSettings, differences
+from ogmkit.shards.settings import ExtractSettings
 from ogmkit.targets import TargetSettings
 
 

@@ -111,7 +111,7 @@ def clock(monkeypatch):
         clock.tick()
 
     monkeypatch.setattr(engine, "write_records", write)
-    monkeypatch.setattr("ogmkit.shards.atomic._sync", lambda path: None)  # nobody cuts the power
+    monkeypatch.setattr("ogmkit.base.atomic._sync", lambda path: None)  # nobody cuts the power
     return clock
 
 

@@ -5,8 +5,8 @@ from math import gcd
 import cv2
 import numpy as np
 
+from ogmkit.base.jpeg import jpeg_size
 from ogmkit.errors import DataFileError
-from ogmkit.nuscenes.jpeg import jpeg_size
 from ogmkit.typing import UInt8Array
 
 # The orientation that a camera may note in EXIF is not the calibrated image's business.

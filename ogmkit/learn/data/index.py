@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
+from ogmkit.base.names import unknown
 from ogmkit.errors import SettingsError, TrainingError
 from ogmkit.grid import GridSpec
 from ogmkit.learn.data.requirements import require_extracted, valid_frames
 from ogmkit.learn.data.spec import SampleSpec
-from ogmkit.nuscenes.names import unknown
 from ogmkit.pipeline.amendment import chosen_cameras
 from ogmkit.shards.manifest import Manifest, read_manifest
 from ogmkit.shards.reader import Shard

@@ -11,8 +11,8 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
+from ogmkit.base.names import unknown
 from ogmkit.errors import CheckpointError, SettingsError
-from ogmkit.nuscenes.names import unknown
 
 MULTIPLE_PX = 32
 """What sides of encoded images are multiples of: the encoders halve them five times."""

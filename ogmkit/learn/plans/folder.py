@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from torch import Tensor
 
+from ogmkit.base.names import unknown
 from ogmkit.errors import CheckpointError, DataFileError, SettingsError, TableError
 from ogmkit.homography.result import Homography
 from ogmkit.learn.data.arrays import SampleArrays
@@ -20,7 +21,6 @@ from ogmkit.learn.inference import Run, open_run, require_planner
 from ogmkit.learn.plans.file import PlanFile, read_plan_file
 from ogmkit.learn.plans.inference import predict_plan_batch, require_finite_plan
 from ogmkit.learn.plans.objects import PlanJob, PlanStream, plan_object
-from ogmkit.nuscenes.names import unknown
 
 
 def plan_of_images(

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from ogmkit.base.atomic import replacing
 from ogmkit.errors import SettingsError
 from ogmkit.learn.plan import STEP_S, STEPS, Plan
-from ogmkit.shards.atomic import replacing
 from ogmkit.typing import FloatArray
 
 PlanObject = Mapping[str, object]

@@ -6,8 +6,8 @@ from typing import Literal
 
 import pytest
 
+from ogmkit.base.values import built, mapping
 from ogmkit.errors import SettingsError
-from ogmkit.workflow.values import built, mapping
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,8 @@ import os
 
 import pytest
 
+from ogmkit.base.atomic import is_part, remove_parts, replacing, require_outside, write_json
 from ogmkit.errors import OutputError
-from ogmkit.shards.atomic import is_part, remove_parts, replacing, require_outside, write_json
 
 
 def test_the_file_appears_at_the_end_only(tmp_path):

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ogmkit.nuscenes.jpeg import jpeg_size
+from ogmkit.base.jpeg import jpeg_size
 
 
 def _jpeg(height=24, width=40, *options):

@@ -6,8 +6,8 @@ from pathlib import Path
 from types import NoneType, UnionType
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
+from ogmkit.base.names import unknown
 from ogmkit.errors import SettingsError
-from ogmkit.nuscenes.names import unknown
 
 Record = TypeVar("Record")
 

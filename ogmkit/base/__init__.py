@@ -1,0 +1,1 @@
+"""What every room uses: names in messages, settings from plain values, files that are whole or absent."""
