@@ -12,9 +12,9 @@ from measure import show
 from torch.utils.flop_counter import FlopCounterMode
 
 from ogmkit.grid import GridSpec
+from ogmkit.learn.catalogue import CATALOGUE
 from ogmkit.learn.data.index import SEQUENCE
-from ogmkit.learn.settings import TrainSettings
-from ogmkit.learn.systems.registry import SYSTEMS, build_system
+from ogmkit.learn.systems.registry import build_system
 
 FRAMES_OF_TRAINVAL = 28_130
 """Key frames of the 700 scenes of nuScenes' train split."""
@@ -25,7 +25,7 @@ SUSTAINED_TFLOPS = 10.0
 
 
 VARIANTS = {
-    **{name: {"system": name} for name in SYSTEMS},
+    **{name: {"system": name} for name in CATALOGUE},
     "holistic --checkpoint-gradients": {"system": "holistic", "checkpoint_gradients": True},
     "holistic --freeze": {"system": "holistic", "perception": "(a run)", "freeze": True},
     "end-to-end --checkpoint-gradients": {"system": "end-to-end", "checkpoint_gradients": True},
@@ -35,7 +35,9 @@ VARIANTS = {
 def main():
     rows = []
     for name in sys.argv[1:] or VARIANTS:
-        settings = TrainSettings(masks="surface", **VARIANTS[name])
+        values = {"masks": "surface", **VARIANTS[name]}
+        entry = CATALOGUE[values.pop("system")]
+        settings = entry.settings(**entry.read(values))
         system = build_system(settings, GridSpec(), ("CAM_FRONT",)).train()
         weights = sum(weight.numel() for weight in system.parameters())
         flops, kept = step(system)

@@ -1,6 +1,5 @@
 """The `ogmkit` command: a Click group that imports a command only when it is called."""
 
-import difflib
 import importlib
 import signal
 
@@ -9,6 +8,7 @@ import click
 from ogmkit import __version__
 from ogmkit.errors import OgmkitError
 
+from .groups import SuggestingGroup
 from .text import one_line
 
 COMMANDS = {
@@ -47,7 +47,7 @@ class Interrupted(Failure):
     exit_code = 128 + signal.SIGINT  # as shells have it
 
 
-class LazyGroup(click.Group):
+class LazyGroup(SuggestingGroup):
     """Lists commands from `COMMANDS`; the module `<name>.py` beside this one is imported on demand."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
@@ -61,14 +61,6 @@ class LazyGroup(click.Group):
         module = importlib.import_module(f".{cmd_name.replace('-', '_')}", __package__)
         command: click.Command = module.command
         return command
-
-    def resolve_command(
-        self, ctx: click.Context, args: list[str]
-    ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Find the command; for a mistyped one, say which is meant."""
-        if args and args[0] not in COMMANDS and not args[0].startswith("-"):
-            raise click.UsageError(_no_such_command(args[0]), ctx)
-        return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the list of commands without importing any."""
@@ -93,12 +85,6 @@ class LazyGroup(click.Group):
 
 def _interrupted(command: str | None) -> str:
     return "interrupted; run the same command to resume" if command in RESUMABLE else "interrupted"
-
-
-def _no_such_command(name: str) -> str:
-    close = difflib.get_close_matches(name, COMMANDS, n=2, cutoff=0.5)
-    hint = f" Did you mean {' or '.join(map(repr, close))}?" if close else ""
-    return f"No such command {name!r}.{hint}"
 
 
 @click.group(

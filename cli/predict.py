@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from .extras import require_train
+from .groups import SuggestingGroup
 from .homography_table import summary_lines
 from .options import cameras_option, shards_argument
 from .predict_masks import SYSTEMS, batch_size_option, checkpoint_option, system_command
@@ -14,7 +15,7 @@ from .predict_plan import plan
 from .progress import progress
 
 
-@click.group()
+@click.group(cls=SuggestingGroup)
 def command() -> None:
     """Predict with a trained network."""
 

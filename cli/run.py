@@ -46,6 +46,8 @@ def command(config: Path, planning: bool) -> None:
     from ogmkit.workflow.reading import read_config
 
     chosen = read_config(config)
+    for note in chosen.notes:
+        click.echo(one_line(f"ogmkit: {note}"), err=True)
     if planning:
         _show_plan(chosen)
         return

@@ -1,4 +1,4 @@
-"""`ogmkit train`."""
+"""`ogmkit train SYSTEM`: one command for each system of the catalogue."""
 
 from __future__ import annotations
 
@@ -6,17 +6,34 @@ from pathlib import Path
 
 import click
 
+from ogmkit.learn.catalogue import CATALOGUE, SystemEntry, require_read
+from ogmkit.learn.settings import stated_fields
+
+from .groups import SuggestingGroup
+from .options import shards_argument, shards_split_file_option
 from .progress import progress
 from .text import with_number
-from .train_options import setting_options
+from .train_options import TrainCommand, setting_options
 
-SYSTEMS = ("homography", "footprints", "ved", "oft", "bev-lidar")
-PLANNERS = ("lstm-ed", "end-to-end", "mid-to-end", "holistic", "holistic-cv")
+_HELP = """Train {system}: {help}.
+
+SHARDS is a folder that `ogmkit extract` wrote. The defaults are the paper's. RUN gets config.yaml,
+splits.json, metrics.csv, tensorboard/, samples.png, last.ckpt and best.ckpt. Ctrl-C finishes the step and
+saves. To resume, run the same command again; on a CPU the weights come out as if nothing had happened.
+"""
+_EPILOG = """\b
+Examples:
+  ogmkit train {system} shards --out runs/{system}
+  ogmkit train {system} shards --out runs/quick --epochs 5 --limit-frames 200
+"""
 
 
-_CONFIGURED = "ogmkit.train.system"
-"""Where the context keeps the system that a configuration is of."""
-_NO_SETTINGS = {"config", "print_config", "shards", "run", "split_file", "overwrite", "help"}
+@click.group(cls=SuggestingGroup, subcommand_metavar="SYSTEM SHARDS [OPTIONS]")
+def command() -> None:
+    """Train a network on shards.
+
+    `ogmkit train SYSTEM --help` lists the settings that SYSTEM reads.
+    """
 
 
 def _configured(context: click.Context, parameter: click.Parameter, path: Path | None) -> None:
@@ -27,81 +44,82 @@ def _configured(context: click.Context, parameter: click.Parameter, path: Path |
     from .extras import require_train
 
     require_train()
-    from ogmkit.base.names import unknown
+    from ogmkit.base.values import require_known
     from ogmkit.errors import SettingsError
     from ogmkit.learn.runs import read_yaml
 
-    known = {str(option.name) for option in context.command.params} - _NO_SETTINGS
+    entry = CATALOGUE[str(context.info_name)]
     values = read_yaml(path)
-    context.meta[_CONFIGURED] = values.pop("system", None)
-    for name in values:
-        if name not in known:
-            raise SettingsError(f"{path}: {unknown('setting', name, sorted(known))}")
+    configured = values.pop("system", entry.name)
+    if configured != entry.name:
+        raise click.UsageError(f"--config is of {configured}, not of {entry.name}.")
+    try:
+        require_read(entry, values)
+    except SettingsError as error:
+        raise SettingsError(f"{path}: {error}") from error
+    require_known(values, tuple(stated_fields(entry.settings)), str(path))
     context.default_map = {name: value for name, value in values.items() if value is not None}
 
 
-@click.command()
-@click.argument("system", type=click.Choice((*SYSTEMS, *PLANNERS)))
-@click.argument("shards", type=click.Path(exists=True, file_okay=False, path_type=Path))
-@click.option(
-    "--out",
-    "run",
-    type=click.Path(file_okay=False, path_type=Path),
-    metavar="RUN",
-    help="Folder for checkpoints, figures and pictures; needed, except with --print-config.",
-)
-@click.option(
-    "--config",
-    type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    is_eager=True,
-    expose_value=False,
-    callback=_configured,
-    help="YAML file of settings, as --print-config writes it; options take precedence.",
-)
-@click.option("--print-config", is_flag=True, help="Write the settings as YAML, and train nothing.")
-@setting_options
-@click.option("--overwrite", is_flag=True, help="Begin anew where RUN holds a training already.")
-def command(
-    system: str,
+def system_command(entry: SystemEntry) -> TrainCommand:
+    """The command that trains one system."""
+
+    @click.command(
+        entry.name,
+        cls=TrainCommand,
+        short_help=entry.help,
+        help=_HELP.format(system=entry.name, help=entry.help),
+        epilog=_EPILOG.format(system=entry.name),
+    )
+    @shards_argument
+    @click.option(
+        "--out",
+        "run",
+        type=click.Path(file_okay=False, path_type=Path),
+        metavar="RUN",
+        help="Folder for checkpoints, figures and pictures; needed, except with --print-config.",
+    )
+    @click.option(
+        "--config",
+        type=click.Path(exists=True, dir_okay=False, path_type=Path),
+        is_eager=True,
+        expose_value=False,
+        callback=_configured,
+        help="YAML file of settings, as --print-config writes it; options take precedence.",
+    )
+    @click.option("--print-config", is_flag=True, help="Write the settings as YAML, and train nothing.")
+    @setting_options(entry)
+    @shards_split_file_option
+    @click.option("--overwrite", is_flag=True, help="Start over where RUN holds a training.")
+    def train_system(
+        shards: Path,
+        run: Path | None,
+        print_config: bool,
+        split_file: Path | None,
+        overwrite: bool,
+        **values: object,  # the settings, by their names
+    ) -> None:
+        _train(entry, values, shards, run, print_config, split_file, overwrite)
+
+    train_system.entry = entry
+    return train_system
+
+
+def _train(
+    entry: SystemEntry,
+    values: dict[str, object],
     shards: Path,
     run: Path | None,
     print_config: bool,
     split_file: Path | None,
     overwrite: bool,
-    **values: object,  # the other settings, by their names
 ) -> None:
-    """Train a network on shards.
-
-    \b
-    SYSTEM is one of
-    homography  image → homography to BEV; learns a source of `ogmkit homography-fit`
-    footprints  image → masks in camera view, warped to BEV: the paper's
-    ved         image → BEV through a variational bottleneck, one model a target
-    oft         image → BEV through the Orthographic Feature Transform
-    bev-lidar   LiDAR from above → BEV
-
-    \b
-    or a planner, from sequences of six frames to the next 2.5 s, given the destination after 3 s
-    lstm-ed     from the past trajectory alone
-    end-to-end  from images
-    mid-to-end  from true masks on the plane
-    holistic    from images through footprints, warped to the plane: the paper's
-    holistic-cv the same without the warp
-
-    SHARDS is a folder that `ogmkit extract` wrote. The defaults are the paper's. RUN gets config.yaml,
-    splits.json, metrics.csv, tensorboard/, samples.png, last.ckpt and best.ckpt. Ctrl-C finishes the step and
-    saves; the same command again goes on where it stopped, exactly.
-    """  # noqa: D301  # Click wants the character
     from .extras import require_train
 
     require_train()
     from ogmkit.learn.runs import as_yaml
-    from ogmkit.learn.settings import TrainSettings
 
-    configured = click.get_current_context().meta.get(_CONFIGURED, system)
-    if configured != system:
-        raise click.UsageError(f"--config is of {configured}, not of {system}.")
-    settings = TrainSettings.from_dict({"system": system, **values})
+    settings = entry.settings.from_values(values)
     if print_config:
         click.echo(as_yaml(settings), nl=False)
         return
@@ -109,17 +127,21 @@ def command(
         raise click.UsageError("Missing option '--out'.")
     from ogmkit.learn.training import train
 
-    with progress(None, "steps", f"train {system}") as advance:
+    with progress(None, "steps", f"train {entry.name}") as advance:
         summary = train(
             settings, shards, run, split_file=split_file, overwrite=overwrite, on_progress=advance
         )
     if summary is None:
         return  # the first process tells
-    resumed = f", went on at step {summary.resumed_step:,}" if summary.resumed_step else ""
+    resumed = f", resumed at step {summary.resumed_step:,}" if summary.resumed_step else ""
     score = "" if summary.score is None else f", best {summary.score_name} {summary.score:.4g}"
-    sample = "sequence" if system in PLANNERS else "frame"
+    sample = "sequence" if entry.plans else "frame"
     click.echo(
         f"{run}: {summary.system}, {with_number(summary.steps, 'step')} on "
         f"{with_number(summary.frames, sample)}{score} on {with_number(summary.val_frames, sample)}"
         f"{resumed}, {summary.seconds:.1f} s"
     )
+
+
+for _entry in CATALOGUE.values():
+    command.add_command(system_command(_entry))

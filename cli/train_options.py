@@ -1,21 +1,24 @@
-"""The settings of a training as options; each has the name of the setting."""
+"""The settings of a training as options, made from what the settings' fields state."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, TypeVar
+from collections.abc import Callable, Sequence
+from types import NoneType
+from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
 import click
 
-from .options import cameras_option, shards_split_file_option, size
-from .planner_options import PLANNER_OPTIONS
+from ogmkit.learn.catalogue import SystemEntry, all_settings, readers
+from ogmkit.learn.settings import Stated, stated_fields
+
+from .options import list_option, size
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
-def ratio(value: str | tuple[int, int]) -> tuple[int, int]:
+def ratio(value: str | Sequence[int]) -> tuple[int, int]:
     """An option's type: A/B, such as 77/9."""
-    if isinstance(value, tuple | list):
+    if not isinstance(value, str):
         first, second = value
         return first, second
     left, _, right = value.partition("/")
@@ -24,185 +27,92 @@ def ratio(value: str | tuple[int, int]) -> tuple[int, int]:
     return int(left), int(right)
 
 
-_OPTIONS = (
-    cameras_option(),
-    click.option(
-        "--train-split", metavar="NAME", default="train", show_default=True, help="Split to learn from."
-    ),
-    click.option(
-        "--val-split",
-        metavar="NAME",
-        default="val",
-        show_default=True,
-        help="Split that the best checkpoint is chosen by.",
-    ),
-    shards_split_file_option,
-    click.option(
-        "--split-ratio",
-        type=ratio,
-        metavar="A/B",
-        help="Divide the scenes at random, such as 77/9; RUN/splits.json is then a --split-file.",
-    ),
-    click.option(
-        "--image-size",
-        type=size,
-        metavar="HEIGHTxWIDTH",
-        default="448x800",
-        show_default=True,
-        help="Size that images are resized to.  No effect on bev-lidar, lstm-ed and mid-to-end.",
-    ),
-    click.option(
-        "--encoder",
-        metavar="NAME",
-        default="",
-        show_default="resnet101; resnet18 for homography and oft, vgg16_bn for ved",
-        help="Encoder by segmentation-models-pytorch's name.",
-    ),
-    click.option(
-        "--encoder-weights",
-        metavar="FILE|NAME",
-        show_default="none: begin at random",
-        help="File of weights; or a name such as imagenet, which is downloaded.",
-    ),
-    click.option(
-        "--masks",
-        metavar="SET",
-        show_default="network if there, else surface",
-        help="Camera-view masks that footprints and the holistic planners learn; full-body is the control.",
-    ),
-    click.option(
-        "--target",
-        metavar="SOURCE",
-        default="surface",
-        show_default=True,
-        help="Homographies that homography learns, and that --bev-loss warps by.",
-    ),
-    click.option(
-        "--head",
-        type=click.Choice(["entries", "four-point"]),
-        default="entries",
-        show_default=True,
-        help="What homography regresses: matrix entries, or where four points of the ground appear.",
-    ),
-    click.option(
-        "--bev-cell",
-        "bev_cell_m",
-        type=float,
-        metavar="METRES",
-        show_default="the shards' cells; 1 for oft",
-        help="Side of the cells that ved, oft and bev-lidar work on.",
-    ),
-    click.option(
-        "--bev-loss", is_flag=True, help="Also a loss in BEV, which the paper found to diverge (footprints)."
-    ),
-    click.option(
-        "--kl-weight",
-        type=float,
-        default=1.0,
-        show_default=True,
-        help="Weight of the latent's KL term (ved).",
-    ),
-    click.option("--channels", type=int, default=256, show_default=True, help="Channels of features (oft)."),
-    click.option(
-        "--blocks",
-        type=int,
-        default=8,
-        show_default=True,
-        help="Residual blocks of the top-down network (oft).",
-    ),
-    *PLANNER_OPTIONS,
-    click.option(
-        "--epochs",
-        type=int,
-        show_default="100; 200 for planners",
-        help="Passes over the frames, or sequences.",
-    ),
-    click.option(
-        "--batch-size",
-        type=int,
-        show_default="8; 10 for planners",
-        help="Frames, or sequences, at a time.",
-    ),
-    click.option(
-        "--accumulate", type=int, default=1, show_default=True, help="Batches whose gradients make one step."
-    ),
-    click.option(
-        "--optimizer",
-        type=click.Choice(["sgd", "adamw"]),
-        default="sgd",
-        show_default=True,
-        help="How weights are moved.",
-    ),
-    click.option("--lr", type=float, show_default="1e-3; 1e-7 for oft", help="Learning rate."),
-    click.option(
-        "--schedule",
-        type=click.Choice(["constant", "cosine"]),
-        default="constant",
-        show_default=True,
-        help="Learning rate over all steps: constant, or down to 0 along a cosine.",
-    ),
-    click.option("--momentum", type=float, default=0.9, show_default=True, help="Momentum of sgd."),
-    click.option("--weight-decay", type=float, default=0.0, show_default=True, help="Decay of all weights."),
-    click.option(
-        "--clip-norm",
-        type=float,
-        show_default="0; 1 for planners",
-        help="Norm that a step's gradients are scaled down to if theirs is larger; 0 leaves them.",
-    ),
-    click.option(
-        "--colour",
-        type=float,
-        default=0.0,
-        show_default=True,
-        help="Strength of random brightness, contrast and saturation, 0 to 1.  No effect without images.",
-    ),
-    click.option(
-        "--flip", type=float, default=0.0, show_default=True, help="Probability of a horizontal flip."
-    ),
-    click.option(
-        "--crop",
-        type=float,
-        default=0.0,
-        show_default=True,
-        help="Share of an image's sides cut off at random, at most.  No effect without images.",
-    ),
-    click.option("--seed", type=int, default=0, show_default=True, help="Everything random comes from it."),
-    click.option("--max-steps", type=int, show_default="no bound", help="Steps of the optimiser at most."),
-    click.option(
-        "--limit-frames",
-        type=int,
-        show_default="all",
-        help="Frames, or sequences, of each split, evenly spread.",
-    ),
-    click.option(
-        "--workers",
-        type=int,
-        default=2,
-        show_default=True,
-        help="Number of worker processes that read samples; 0 reads in this process.",
-    ),
-    click.option(
-        "--devices", type=int, show_default="1", help="GPUs to train on; processes where there is no GPU."
-    ),
-    click.option(
-        "--precision",
-        type=click.Choice(["32-true", "16-mixed", "bf16-mixed"]),
-        default="32-true",
-        show_default=True,
-        help="Of the arithmetic.",
-    ),
-    click.option(
-        "--checkpoint-every",
-        type=int,
-        default=500,
-        show_default=True,
-        help="Steps between checkpoints within an epoch.",
-    ),
-)
+def flag_of(name: str, stated: Stated) -> str:
+    """The option of a setting, such as `--image-size`."""
+    return stated.flag or f"--{name.replace('_', '-')}"
 
 
-def setting_options(function: Function) -> Function:
-    """All of them, handed to the command by the settings' names."""
-    for option in reversed(_OPTIONS):
-        function = option(function)
-    return function
+def setting_options(entry: SystemEntry) -> Callable[[Function], Function]:
+    """An option for each setting that a system reads, handed to the command by the settings' names."""
+    cls = entry.settings
+    hints, defaults = get_type_hints(cls), cls().to_dict()
+    options = [
+        _option(name, stated, hints[name], defaults[name]) for name, stated in stated_fields(cls).items()
+    ]
+
+    def decorate(function: Function) -> Function:
+        for option in reversed(options):
+            function = option(function)
+        return function
+
+    return decorate
+
+
+def _option(
+    name: str,
+    stated: Stated,
+    hint: Any,  # noqa: ANN401  # an annotation
+    default: Any,  # noqa: ANN401  # of that type, as JSON has it
+) -> Callable[[Function], Function]:
+    flag = flag_of(name, stated)
+    shown: dict[str, Any] = {"help": stated.help, "show_default": True if default else stated.unset or True}
+    kind = next((one for one in get_args(hint) if one is not NoneType), hint) if _optional(hint) else hint
+    if kind is bool:
+        return click.option(flag, name, is_flag=True, default=default, help=stated.help)
+    if kind == tuple[str, ...]:
+        return list_option(flag, name, default=default, metavar=stated.form, **shown)
+    if get_origin(kind) is Literal:
+        return click.option(flag, name, type=click.Choice(get_args(kind)), default=default, **shown)
+    if get_origin(kind) is tuple:
+        read = ratio if stated.form == "A/B" else size
+        default = default if default is None else "x".join(map(str, default))
+        return click.option(flag, name, type=read, default=default, metavar=stated.form, **shown)
+    return click.option(flag, name, type=kind, default=default, metavar=stated.form or None, **shown)
+
+
+def _optional(hint: Any) -> bool:  # noqa: ANN401  # an annotation
+    return NoneType in get_args(hint)
+
+
+class TrainCommand(click.Command):
+    """The command that trains one system; its help has the settings in groups.
+
+    Attributes:
+        entry: the system.
+    """
+
+    entry: SystemEntry
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Refuse a setting of other systems by naming them."""
+        try:
+            return super().parse_args(ctx, args)
+        except click.NoSuchOption as error:
+            known = {flag_of(name, stated): name for name, stated in all_settings().items()}
+            if error.option_name not in known:
+                raise
+            found = ", ".join(readers(known[error.option_name]))
+            raise click.UsageError(
+                f"{error.option_name} is a setting of {found}; {self.entry.name} does not read it.", ctx
+            ) from error
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the settings by group, and what isn't a setting last."""
+        stated = stated_fields(self.entry.settings)
+        groups: dict[str, list[tuple[str, str]]] = {
+            "Data": [],
+            "Model": [],
+            "Optimisation": [],
+            "Run": [],
+            "Other": [],
+        }
+        for parameter in self.get_params(ctx):
+            if not isinstance(parameter, click.Option):
+                continue  # the usage line has them
+            record = parameter.get_help_record(ctx)
+            if record is not None:
+                name = str(parameter.name)
+                groups[stated[name].group if name in stated else "Other"].append(record)
+        for group, records in groups.items():
+            with formatter.section(f"{group} options"):
+                formatter.write_dl(records)

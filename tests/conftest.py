@@ -123,14 +123,14 @@ def make_run():
     def make(path, system, grid, cameras, change=None, **settings):
         import torch
 
+        from ogmkit.learn.catalogue import CATALOGUE
         from ogmkit.learn.checkpoints import Card
         from ogmkit.learn.runs import BEST
-        from ogmkit.learn.settings import TrainSettings
         from ogmkit.learn.systems.registry import build_system
 
-        tiny = {"image_size": (64, 96), "encoder": "resnet18", "channels": 8, "blocks": 1, "bev_cell_m": None}
-        masks = "surface" if system in ("footprints", "holistic", "holistic-cv") else None
-        chosen = TrainSettings(system, **(tiny | {"masks": masks} | settings))
+        entry = CATALOGUE[system]
+        tiny = {"image_size": (64, 96), "encoder": "resnet18", "channels": 8, "blocks": 1, "masks": "surface"}
+        chosen = entry.settings(**entry.read(tiny | settings))
         torch.manual_seed(0)
         net = build_system(chosen, grid, tuple(cameras))
         if change is not None:

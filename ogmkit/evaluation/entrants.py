@@ -10,7 +10,7 @@ from ogmkit.base.differences import differences
 from ogmkit.errors import CheckpointError, SettingsError
 from ogmkit.evaluation.scope import PREFERRED, Scope, paths
 from ogmkit.grid import GridSpec
-from ogmkit.learn.settings import PLANNERS
+from ogmkit.learn.catalogue import CATALOGUE, Output
 from ogmkit.shards import schema
 from ogmkit.shards.crosschecks_added import origin_problem
 from ogmkit.shards.reader import Shard
@@ -131,9 +131,11 @@ def by_stage(runs: Sequence[Path]) -> ByStage:
     from ogmkit.learn.checkpoints import checkpoint_file, read_checkpoint  # noqa: PLC0415  # it loads torch
 
     systems = {path: read_checkpoint(checkpoint_file(path))[0].settings.system for path in runs}
-    planning = tuple(path for path in runs if systems[path] in PLANNERS)
-    untabled = tuple(path for path in runs if systems[path] == "homography")
-    return ByStage(tuple(path for path in runs if path not in (*planning, *untabled)), planning, untabled)
+
+    def predicting(output: Output) -> tuple[Path, ...]:
+        return tuple(path for path in runs if CATALOGUE[systems[path]].output == output)
+
+    return ByStage(predicting("grids"), predicting("plan"), predicting("homography"))
 
 
 def predictions(
@@ -221,7 +223,7 @@ def _require_fit(run: "Run", path: Path, scope: Scope) -> None:
 
 def no_grids(path: Path, system: str, shards: Path) -> CheckpointError:
     """What to raise of a run that predicts no occupancy grids."""
-    if system in PLANNERS:
+    if CATALOGUE[system].plans:
         return CheckpointError(f"{path}: {system} predicts no grids, it plans: `evaluate_plans` scores it")
     command = f"ogmkit predict {system} {shards} --checkpoint {path}"
     return CheckpointError(

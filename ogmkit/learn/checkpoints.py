@@ -15,6 +15,7 @@ from ogmkit import __version__
 from ogmkit.base.atomic import replacing
 from ogmkit.errors import CheckpointError, OgmkitError, SettingsError
 from ogmkit.grid import GridSpec
+from ogmkit.learn.catalogue import settings_from_dict
 from ogmkit.learn.runs import BEST, LAST
 from ogmkit.learn.settings import TrainSettings
 from ogmkit.learn.systems.base import System
@@ -24,7 +25,7 @@ _Path = str | Path
 
 KEY = "ogmkit"
 """Of our own part of a checkpoint, which is Lightning's otherwise."""
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 
 AGAIN = "train again, or choose another checkpoint"
 
@@ -70,7 +71,7 @@ class Card:
             KeyError, TypeError, ValueError: something is missing or of another kind.
         """
         return cls(
-            settings=TrainSettings.from_dict(values["settings"]),
+            settings=settings_from_dict(values["settings"]),
             grid=GridSpec(**values["grid"]),
             cameras=tuple(str(camera) for camera in values["cameras"]),
             epoch=int(values["epoch"]),
@@ -156,8 +157,7 @@ def load_system(path: Path) -> tuple[Card, System]:
         CheckpointError: as `read_checkpoint`, or the weights are not this system's.
     """
     card, content = read_checkpoint(path)
-    # Weights are in the checkpoint, and predicting needs no gradients.
-    fresh = dataclasses.replace(card.settings, encoder_weights=None, checkpoint_gradients=False)
+    fresh = card.settings.for_prediction()
     try:
         system = build_system(fresh, card.grid, card.cameras)
         system.load_state_dict(content["state_dict"])

@@ -6,7 +6,8 @@ from pathlib import Path
 
 from ogmkit.base.names import unknown
 from ogmkit.errors import SettingsError
-from ogmkit.learn.settings import HOLISTIC, TrainSettings
+from ogmkit.learn.perception_settings import MaskTraining
+from ogmkit.learn.settings import TrainSettings
 from ogmkit.shards import schema
 from ogmkit.shards.manifest import Manifest
 from ogmkit.shards.reader import Shard
@@ -26,10 +27,11 @@ def completed(settings: TrainSettings, shards: Path, manifest: Manifest) -> Trai
         if camera not in known:
             raise SettingsError(f"{shards}: {unknown('camera', camera, known)}")
     cameras = tuple(dict.fromkeys(settings.cameras)) or known
-    masks = settings.masks
-    if settings.system in ("footprints", *HOLISTIC) and masks is None:
+    full = dataclasses.replace(settings, cameras=cameras)
+    if isinstance(full, MaskTraining) and full.masks is None:
         masks = preferred(shards, manifest, cameras[0], schema.FOOTPRINTS.name)
-    return dataclasses.replace(settings, cameras=cameras, masks=masks)
+        return dataclasses.replace(full, masks=masks)
+    return full
 
 
 def preferred(shards: Path, manifest: Manifest, camera: str, kind: str) -> str:

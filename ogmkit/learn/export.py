@@ -93,7 +93,7 @@ def export(checkpoint: Path, out: Path, *, opset: int = DEFAULT_OPSET) -> Export
             )
     return ExportSummary(
         system=run.system,
-        image_size=run.card.settings.image_size,
+        image_size=run.image_size,
         inputs=tuple(inputs),
         cameras=run.cameras,
         output=module.output,
@@ -105,7 +105,7 @@ def export(checkpoint: Path, out: Path, *, opset: int = DEFAULT_OPSET) -> Export
 def _inputs(run: Run, count: int) -> dict[str, Tensor]:
     """Random inputs of `count` images."""
     generator = torch.Generator().manual_seed(count)
-    height, width = run.card.settings.image_size
+    height, width = run.image_size
     inputs = {"image": torch.rand(count, 3, height, width, generator=generator)}
     if run.system == "homography" and len(run.cameras) > 1:
         inputs["camera"] = torch.arange(count) % len(run.cameras)

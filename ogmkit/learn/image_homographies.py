@@ -77,7 +77,7 @@ def predicted_homographies(inputs: ImageInputs, network: Run) -> tuple[Homograph
             continue  # a homography network's is always there
         matrices = prediction.bev_from_image.cpu().numpy()
         for known, matrix in zip(inputs.calibrations[first : first + count], matrices, strict=True):
-            resized_from_image = image_from_resized(network.card.settings.image_size, known.image_size)
+            resized_from_image = image_from_resized(network.image_size, known.image_size)
             found = given.estimate(matrix @ resized_from_image, known.image_size, network.grid)
             homographies.append(finished(found, network.grid, _NOTHING, _NOTHING))
     return tuple(homographies)

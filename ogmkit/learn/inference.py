@@ -16,6 +16,7 @@ from ogmkit.learn.checkpoints import Card, checkpoint_file, load_system
 from ogmkit.learn.data.frames import FrameDataset
 from ogmkit.learn.data.index import index_frames
 from ogmkit.learn.data.loader import EpochBatches, loader
+from ogmkit.learn.perception_settings import ImageTraining
 from ogmkit.learn.systems.base import Batch, Prediction, System
 from ogmkit.shards.manifest import file_sha256, read_manifest
 from ogmkit.typing import Float32Array, FloatArray
@@ -68,12 +69,24 @@ class Run:
     @property
     def name(self) -> str:
         """The system's name as tables have it: `-np` for a planner without the past."""
-        return f"{self.system}-np" if self.card.settings.no_past else self.system
+        return self.card.settings.label
 
     @property
     def masks(self) -> str | None:
-        """The set of camera-view masks that it was trained on; None for a system without."""
-        return self.card.settings.masks if self.system == "footprints" else None
+        """The set of camera-view masks that its grids come from; None for a system without."""
+        return None if self.model.plans else self.card.settings.masks_learnt
+
+    @property
+    def image_size(self) -> tuple[int, int]:
+        """(height, width) that images are resized to.
+
+        Raises:
+            CheckpointError: the system sees no images.
+        """
+        settings = self.card.settings
+        if not isinstance(settings, ImageTraining):
+            raise CheckpointError(f"{self.path}: {self.system} sees no images; choose another run")
+        return settings.image_size
 
     @property
     def grid(self) -> GridSpec:
@@ -216,7 +229,7 @@ def _frames(run: Run, dataset: FrameDataset, batch: Batch) -> Iterator[FramePred
         bev_from_image = None
         if homographies is not None:
             source_size = dataset.source_size(int(batch["index"][number]))
-            resized_from_image = image_from_resized(run.card.settings.image_size, source_size)
+            resized_from_image = image_from_resized(run.image_size, source_size)
             bev_from_image = homographies[number] @ resized_from_image
         bev, image = _array(found.bev, number), _array(found.image, number)
         yield FramePrediction(scene, camera, frame, bev, image, bev_from_image)

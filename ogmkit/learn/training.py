@@ -19,6 +19,7 @@ from ogmkit.learn.choices import completed
 from ogmkit.learn.data.augment import Augmentation
 from ogmkit.learn.data.module import ShardDataModule
 from ogmkit.learn.data.splits import split_scenes
+from ogmkit.learn.perception_settings import ImageTraining
 from ogmkit.learn.runs import LAST, METRICS, SAMPLES, TENSORBOARD, open_folder
 from ogmkit.learn.saving import Checkpoints, Interrupted
 from ogmkit.learn.settings import TrainSettings
@@ -137,7 +138,11 @@ def _data(
     settings: TrainSettings, shards: Path, scenes: dict[str, tuple[str, ...]], system: System
 ) -> ShardDataModule:
     train_scenes, val_scenes = scenes.values()
-    augmentation = Augmentation(settings.colour, settings.flip, settings.crop)
+    augmentation = (
+        Augmentation(settings.colour, settings.flip, settings.crop)
+        if isinstance(settings, ImageTraining)
+        else Augmentation(0, settings.flip, 0)
+    )
     return ShardDataModule(
         shards,
         train_scenes,

@@ -6,7 +6,9 @@ from ogmkit.base.differences import differences
 from ogmkit.errors import CheckpointError, SettingsError
 from ogmkit.grid import GridSpec
 from ogmkit.learn.checkpoints import Card, checkpoint_file, read_checkpoint
-from ogmkit.learn.settings import HOLISTIC, TrainSettings
+from ogmkit.learn.perception_settings import FootprintsTraining
+from ogmkit.learn.planner_settings import HolisticTraining
+from ogmkit.learn.settings import TrainSettings
 from ogmkit.learn.systems.base import System
 
 _THERE, _HERE = "net.", "perception."
@@ -24,13 +26,11 @@ def require_perception(settings: TrainSettings, grid: GridSpec) -> TrainSettings
         The settings.
 
     Raises:
-        SettingsError: the system has no perception, or the run has another grid or encoder.
+        SettingsError: the run has another grid or encoder.
         CheckpointError: there is none, or it is damaged or of another system.
     """
-    if settings.perception is None:
+    if not isinstance(settings, HolisticTraining) or settings.perception is None:
         return settings
-    if settings.system not in HOLISTIC:
-        raise SettingsError(f"perception: {settings.system} has none; leave it out")
     card, _ = read_checkpoint(checkpoint_file(Path(settings.perception)))
     _require_fit(settings.perception, card, settings, grid)
     return settings
@@ -42,9 +42,10 @@ def warm_start(system: System) -> None:
     Raises:
         CheckpointError: the run is gone or damaged, or its weights don't fit.
     """
-    if system.settings.perception is None:
+    settings = system.settings
+    if not isinstance(settings, HolisticTraining) or settings.perception is None:
         return
-    file = checkpoint_file(Path(system.settings.perception))
+    file = checkpoint_file(Path(settings.perception))
     _, content = read_checkpoint(file)
     found = content["state_dict"]
     weights = {
@@ -60,9 +61,9 @@ def warm_start(system: System) -> None:
         raise CheckpointError(f"{file}: its weights don't fit ({name}); train footprints again")
 
 
-def _require_fit(path: str, card: Card, settings: TrainSettings, grid: GridSpec) -> None:
+def _require_fit(path: str, card: Card, settings: HolisticTraining, grid: GridSpec) -> None:
     there = card.settings
-    if there.system != "footprints":
+    if not isinstance(there, FootprintsTraining):
         raise CheckpointError(f"{path}: is a run of {there.system}, not of footprints; choose another")
     different = differences({"grid": vars(card.grid)}, {"grid": vars(grid)})
     if different:

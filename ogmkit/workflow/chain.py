@@ -148,7 +148,7 @@ def _steps(config: Config, writers: Mapping[str, Write]) -> Iterator[Step]:
 def _sets(config: Config) -> tuple[str, ...]:
     """Sets of masks: those that are asked for, and those that something learns."""
     learners = (*config.grids, *config.planners)
-    learnt = [one.settings.masks for one in learners if one.settings.masks is not None]
+    learnt = [one.settings.masks_learnt for one in learners if one.settings.masks_learnt is not None]
     return tuple(dict.fromkeys((*config.masks.sets, *learnt)))
 
 

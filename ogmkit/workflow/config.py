@@ -125,6 +125,7 @@ class Config:
         baselines: other networks that give grids.
         planners: networks that plan.
         evaluate: how they are scored.
+        notes: what the user should know of the file.
     """
 
     source: Source
@@ -139,6 +140,7 @@ class Config:
     baselines: tuple[Training, ...]
     planners: tuple[Training, ...]
     evaluate: EvaluateSettings
+    notes: tuple[str, ...] = ()
 
     @property
     def readers(self) -> int:

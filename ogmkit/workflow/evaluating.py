@@ -71,7 +71,7 @@ class EvaluatePerception(_Evaluate):
     def needs(self) -> tuple[str, ...]:
         """Shards, their homographies, the networks, and the masks that they are compared with."""
         grids = self.config.grids
-        sets = (one.settings.masks for one in grids)
+        sets = (one.settings.masks_learnt for one in grids)
         return (
             steps.EXTRACT,
             *dict.fromkeys(steps.maker_of(source) for source in self.config.homographies),
@@ -119,7 +119,7 @@ class EvaluatePlanning(_Evaluate):
     def needs(self) -> tuple[str, ...]:
         """Shards, the homographies that planners warp by, and the planners."""
         planners = self.config.planners
-        sources = (one.settings.warp for one in planners if one.settings.system == "holistic")
+        sources = [source for one in planners for source in one.settings.homographies_read.values()]
         return (
             steps.EXTRACT,
             *dict.fromkeys(map(steps.maker_of, sources)),

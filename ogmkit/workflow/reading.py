@@ -12,6 +12,7 @@ from ogmkit.errors import SettingsError
 from ogmkit.grid import GridSpec
 from ogmkit.homography.methods import METHODS
 from ogmkit.homography.settings import FitSettings
+from ogmkit.learn.catalogue import CATALOGUE
 from ogmkit.learn.choices import NETWORK, SURFACE
 from ogmkit.pipeline.homography_fit import DEFAULT_METHODS
 from ogmkit.shards.settings import ExtractSettings
@@ -148,7 +149,7 @@ def _require_sets(config: Config, path: Path) -> None:
 
 def _require_lidar(config: Config, path: Path) -> None:
     for training in config.baselines:
-        if training.settings.system == "bev-lidar" and not config.extract.targets.lidar:
+        if CATALOGUE[training.settings.system].inputs == "lidar" and not config.extract.targets.lidar:
             raise SettingsError(f"{path}: baselines: {training.name} needs `lidar: true` under extract")
 
 

@@ -7,9 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from ogmkit.base.atomic import output_errors, remove_parts
-from ogmkit.learn.settings import HOLISTIC, TrainSettings
+from ogmkit.learn.perception_settings import EncoderTraining
+from ogmkit.learn.planner_settings import HolisticTraining
+from ogmkit.learn.settings import TrainSettings
 from ogmkit.shards.manifest import file_sha256
-from ogmkit.workflow.config import ELSEWHERE, FOOTPRINTS, HOMOGRAPHY, Config, Training
+from ogmkit.workflow.config import ELSEWHERE, Config, Training
 from ogmkit.workflow.steps import EXTRACT, Call, Made, first_gone, maker_of, rendering, training
 
 _HOW = {"workers", "checkpoint_every", *ELSEWHERE}
@@ -37,14 +39,11 @@ class Train:
     def needs(self) -> tuple[str, ...]:
         """Shards, and of what is added to them or trained before, what the system learns from."""
         settings, found = self.training.settings, [EXTRACT]
-        if settings.system == HOMOGRAPHY or settings.bev_loss:
-            found.append(maker_of(settings.target))
-        if settings.masks is not None and settings.system in (FOOTPRINTS, *HOLISTIC):
-            found.append(rendering(settings.masks))
-        if settings.system == "holistic":
-            found.append(maker_of(settings.warp))
-        if self._begins_with_another:
-            found.append(training(str(settings.perception)))
+        found += map(maker_of, settings.homographies_read.values())
+        if settings.masks_learnt is not None:
+            found.append(rendering(settings.masks_learnt))
+        if self._perception in self._trained_here:
+            found.append(training(str(self._perception)))
         return tuple(dict.fromkeys(found))
 
     @property
@@ -52,13 +51,13 @@ class Train:
         """The training's; of weights that come from elsewhere, their checksum."""
         settings = self.training.settings
         values = {name: value for name, value in settings.to_dict().items() if name not in _HOW}
-        weights = settings.encoder_weights
+        weights = settings.encoder_weights if isinstance(settings, EncoderTraining) else None
         if weights is not None and Path(weights).is_file():
             values["encoder_weights"] = file_sha256(Path(weights))
-        if settings.perception is not None and not self._begins_with_another:
+        if self._perception is not None and self._perception not in self._trained_here:
             from ogmkit.learn.checkpoints import checkpoint_file  # noqa: PLC0415  # torch
 
-            values["perception"] = file_sha256(checkpoint_file(Path(settings.perception)))
+            values["perception"] = file_sha256(checkpoint_file(Path(self._perception)))
         return values
 
     @property
@@ -97,16 +96,22 @@ class Train:
         return Made(self._files(best), note=note, identity=file_sha256(best))
 
     @property
-    def _begins_with_another(self) -> bool:
-        """Whether the perception is a training of this configuration."""
-        return self.training.settings.perception in {one.name for one in self.config.grids}
+    def _perception(self) -> str | None:
+        """What a holistic planner's perception begins with."""
+        settings = self.training.settings
+        return settings.perception if isinstance(settings, HolisticTraining) else None
+
+    @property
+    def _trained_here(self) -> frozenset[str]:
+        """Trainings of this configuration that a perception may begin with."""
+        return frozenset(one.name for one in self.config.grids)
 
     def _settings(self) -> TrainSettings:
         """With the place of the perception instead of its name."""
         settings = self.training.settings
-        if not self._begins_with_another:
+        if not isinstance(settings, HolisticTraining) or settings.perception not in self._trained_here:
             return settings
-        return dataclasses.replace(settings, perception=str(self.config.run_folder(str(settings.perception))))
+        return dataclasses.replace(settings, perception=str(self.config.run_folder(settings.perception)))
 
     def _files(self, best: Path) -> tuple[str, ...]:
         """What the training wrote, its best checkpoint first."""

@@ -6,15 +6,18 @@ from pathlib import Path
 from typing import Any
 
 from ogmkit.base.names import unknown
-from ogmkit.base.values import built, field_names, mapping, require_known
+from ogmkit.base.values import mapping, require_known
 from ogmkit.errors import SettingsError
+from ogmkit.learn.catalogue import CATALOGUE, all_settings, entry_of, require_read
 from ogmkit.learn.choices import NETWORK, SURFACE
-from ogmkit.learn.settings import HOLISTIC, PLANNERS, SYSTEMS, TrainSettings
+from ogmkit.learn.perception_settings import EncoderTraining
+from ogmkit.learn.planner_settings import HolisticTraining
+from ogmkit.learn.settings import stated_fields
 from ogmkit.shards.additions import require_name
 from ogmkit.workflow.config import ELSEWHERE, FOOTPRINTS, HOMOGRAPHY, Config, Training
 
-_SETTINGS = tuple(name for name in field_names(TrainSettings) if name not in {"system", *ELSEWHERE})
-_BASELINES = tuple(system for system in SYSTEMS if system not in (HOMOGRAPHY, *PLANNERS))
+_BASELINES = tuple(entry.name for entry in CATALOGUE.values() if entry.output == "grids")
+_PLANNERS = tuple(entry.name for entry in CATALOGUE.values() if entry.plans)
 
 
 def read_trainings(config: Config, values: Mapping[str, Any], path: Path) -> Config:
@@ -31,7 +34,8 @@ def read_trainings(config: Config, values: Mapping[str, Any], path: Path) -> Con
     """
     everywhere = f"{path}: train"
     common = mapping(values.get("train"), everywhere)
-    _require_settings(common, everywhere)
+    _require_here(common, everywhere)
+    require_known(common, tuple(all_settings()), everywhere)
     reader = _Reader(values, path, {"workers": config.readers}, common)
     if HOMOGRAPHY in values:  # decides what the others learn from
         config = replace(config, homography=reader.single(HOMOGRAPHY, {}))
@@ -41,13 +45,13 @@ def read_trainings(config: Config, values: Mapping[str, Any], path: Path) -> Con
     config = replace(config, baselines=tuple(reader.listed("baselines", _BASELINES, {"masks": chosen})))
     perception = None if config.footprints is None else FOOTPRINTS
     seeing = {"masks": chosen, "warp": chosen, "perception": perception}
-    planners = reader.listed("planners", PLANNERS, seeing)
+    planners = reader.listed("planners", _PLANNERS, seeing)
     config = replace(config, planners=tuple(_placed(config, one, path) for one in planners))
     _require_distinct(config, path)
     for training in config.trainings:
         _require_made(config, training, f"{path}: {training.name}")
         _require_same_encoder(config, training, f"{path}: {training.name}")
-    return config
+    return replace(config, notes=_unread(config, common, everywhere))
 
 
 @dataclass(frozen=True)
@@ -89,18 +93,23 @@ class _Reader:
             if system not in systems:
                 raise SettingsError(f"{where}: {unknown('system', system, systems)}")
             run = str(values.pop("name", None) or _default_name(system, values))
-            fitting = defaults if system in (FOOTPRINTS, *HOLISTIC) else {}
-            yield self._training(run, system, values, f"{self.path}: {name}: {run}", fitting)
+            yield self._training(run, system, values, f"{self.path}: {name}: {run}", defaults)
 
     def _training(
         self, name: str, system: str, values: Mapping[str, Any], where: str, defaults: Mapping[str, Any]
     ) -> Training:
-        _require_settings(values, where)
-        chosen = {"system": system, **self.defaults, **defaults, **self.common, **values}
+        _require_here(values, where)
+        entry = entry_of(system)
+        try:
+            require_read(entry, values)
+        except SettingsError as error:
+            raise SettingsError(f"{where}: {error}") from error
+        shared = {**self.defaults, **defaults, **self.common}
+        chosen = {**entry.read(shared), **values}
         weights = chosen.get("encoder_weights")
         if isinstance(weights, str) and (self.path.parent / weights).is_file():
             chosen["encoder_weights"] = str((self.path.parent / weights).resolve())
-        settings = built(TrainSettings, chosen, where)
+        settings = entry.settings.from_values(chosen, where)
         try:
             require_name(name)
         except SettingsError as error:
@@ -108,11 +117,19 @@ class _Reader:
         return Training(name, settings)
 
 
-def _require_settings(values: Mapping[str, Any], where: str) -> None:
+def _require_here(values: Mapping[str, Any], where: str) -> None:
     for name, instead in ELSEWHERE.items():
         if name in values:
             raise SettingsError(f"{where}: {name}: {instead}")
-    require_known(values, _SETTINGS, where)
+
+
+def _unread(config: Config, common: Mapping[str, Any], where: str) -> tuple[str, ...]:
+    """What to say of shared settings that no training of the file reads."""
+    read = {name for training in config.trainings for name in stated_fields(type(training.settings))}
+    names = [name for name in common if name not in read]
+    if not names:
+        return ()
+    return (f"{where}: no training here reads {', '.join(names)}; ignored",)
 
 
 def _default_name(system: str, values: Mapping[str, Any]) -> str:
@@ -123,7 +140,10 @@ def _default_name(system: str, values: Mapping[str, Any]) -> str:
 
 def _placed(config: Config, training: Training, path: Path) -> Training:
     """The training with a perception that is one of the file's trainings, or a place relative to the file."""
-    perception = training.settings.perception
+    settings = training.settings
+    if not isinstance(settings, HolisticTraining):
+        return training
+    perception = settings.perception
     known = [one.name for one in config.grids if one.settings.system == FOOTPRINTS]
     if perception is None or perception in known:
         return training
@@ -133,7 +153,7 @@ def _placed(config: Config, training: Training, path: Path) -> Training:
             f"{path}: {training.name}: perception: {perception!r} is neither a training of footprints here "
             f"(there are: {', '.join(known) or 'none'}) nor a path of one"
         )
-    return replace(training, settings=replace(training.settings, perception=str(place)))
+    return replace(training, settings=replace(settings, perception=str(place)))
 
 
 def _require_distinct(config: Config, path: Path) -> None:
@@ -145,29 +165,32 @@ def _require_distinct(config: Config, path: Path) -> None:
 
 def _require_made(config: Config, training: Training, where: str) -> None:
     """Refuse what learns from homographies or masks that the run doesn't make."""
-    settings, wanted = training.settings, []
-    if settings.system == HOMOGRAPHY or settings.bev_loss:
-        wanted.append(("target", settings.target, config.methods))
-    if settings.system == "holistic":
-        wanted.append(("warp", settings.warp, config.homographies))
-    for name, source, known in wanted:
+    settings = training.settings
+    # What others learn from comes first: the network's own homographies are there for planners only.
+    known = config.homographies if isinstance(settings, HolisticTraining) else config.methods
+    for name, source in settings.homographies_read.items():
         if source not in known:
             raise SettingsError(
                 f"{where}: {name}: nothing makes homographies {source!r}; there are: {', '.join(known)}; "
                 "homography_fit: methods adds some"
             )
-    if settings.masks is not None:
+    if settings.masks_learnt is not None:
         try:
-            config.footprint_set(settings.masks)
+            config.footprint_set(settings.masks_learnt)
         except SettingsError as error:
             raise SettingsError(f"{where}: masks: {error}") from error
 
 
 def _require_same_encoder(config: Config, training: Training, where: str) -> None:
     """Refuse a perception whose weights won't fit, before days have gone into it."""
-    perception, encoder = training.settings.perception, training.settings.encoder
+    settings = training.settings
+    if not isinstance(settings, HolisticTraining):
+        return
     for one in config.grids:
-        if one.name == perception and one.settings.encoder != encoder:
+        if one.name != settings.perception or not isinstance(one.settings, EncoderTraining):
+            continue
+        if one.settings.encoder != settings.encoder:
             raise SettingsError(
-                f"{where}: encoder: {encoder} can't begin with {one.name}, which has {one.settings.encoder}"
+                f"{where}: encoder: {settings.encoder} can't begin with {one.name}, which has "
+                f"{one.settings.encoder}"
             )

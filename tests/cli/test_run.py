@@ -21,7 +21,7 @@ out: out
 extract: {{grid: {{m_per_cell: 0.5, rows: 80, columns: 60, ego_column: 34}}}}
 homography_fit: {{methods: [surface]}}
 render_footprints: {{scale: 1, sets: [surface]}}
-train: {{encoder: resnet18, image_size: [64, 96], batch_size: 2, limit_frames: 4, max_steps: {steps}}}
+train: {{{images}batch_size: 2, limit_frames: 4, max_steps: {steps}}}
 {trained}
 evaluate: {{samples: 1}}
 """
@@ -45,13 +45,25 @@ def write(world, tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
 
     def write(trained, steps=1):
-        Path("chain.yaml").write_text(FILE.format(data=world, steps=steps, trained=trained))
+        seeing = ("homography:", "footprints:", "holistic", "end-to-end")
+        images = "encoder: resnet18, image_size: [64, 96], " if any(n in trained for n in seeing) else ""
+        Path("chain.yaml").write_text(FILE.format(data=world, steps=steps, trained=trained, images=images))
 
     return write
 
 
 def run(*arguments):
     return CliRunner().invoke(main, ["run", "chain.yaml", *arguments])
+
+
+def test_a_shared_setting_that_nothing_reads_is_told_and_redoes_nothing(write):
+    write("planners: [lstm-ed]", steps=2)
+    assert run().exit_code == 0
+    text = Path("chain.yaml").read_text()
+    Path("chain.yaml").write_text(text.replace("train: {", "train: {kl_weight: 2, "))
+    plan = run("--plan")
+    assert plan.stderr == "ogmkit: chain.yaml: train: no training here reads kl_weight; ignored\n"
+    assert {line.split()[-2:][0] for line in plan.stdout.splitlines()[1:]} == {"is"}
 
 
 def test_a_line_for_each_step_then_the_tables_and_where_things_are(write):

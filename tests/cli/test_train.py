@@ -11,7 +11,8 @@ pytest.importorskip("torch", reason="torch is not installed: pip install 'ogmkit
 yaml = pytest.importorskip("yaml", reason="yaml is not installed: pip install 'ogmkit[train]'")
 
 TRAINED_S = 120
-TINY = ["--image-size", "64x96", "--encoder", "resnet18", "--workers", "0", "--batch-size", "2"]
+SMALL = ["--encoder", "resnet18", "--workers", "0", "--batch-size", "2"]
+TINY = ["--image-size", "64x96", *SMALL]
 
 
 @pytest.fixture(scope="module")
@@ -57,13 +58,13 @@ def test_a_run_keeps_its_config_and_tells_what_it_did(shards, tmp_path):
         ["CAM_FRONT"],
     )
     again = run("homography", shards, "--out", out, *TINY, "--epochs", "1", "--head", "four-point")
-    assert ", went on at step 4, " in again.stdout
+    assert ", resumed at step 4, " in again.stdout
 
 
 @pytest.mark.parametrize(
     ("arguments", "code", "message"),
     [
-        (["footprint"], 2, "'footprint' is not one of"),
+        (["footprint"], 2, "No such command 'footprint'. Did you mean 'footprints'?"),
         (["oft", "--image-size", "64"], 2, "is not HEIGHTxWIDTH"),
         (["oft", "--split-ratio", "77"], 2, "is not A/B"),
         (["oft"], 2, "Missing option '--out'"),
@@ -74,6 +75,15 @@ def test_usage_errors(shards, arguments, code, message):
     result = run(system, shards, *options)
     assert result.exit_code == code
     assert message in result.stderr
+
+
+def test_a_setting_of_other_systems_is_refused_by_naming_them(shards, tmp_path):
+    for option in (["--kl-weight", "7"], ["--head", "four-point"], ["--hidden", "3"]):
+        result = run("footprints", shards, "--out", tmp_path / "run", *option)
+        assert result.exit_code == 2
+        assert f"{option[0]} is a setting of " in result.stderr
+        assert "; footprints does not read it." in result.stderr
+    assert not (tmp_path / "run").exists()
 
 
 def no_valid_homography(folder):
@@ -123,6 +133,7 @@ def pickled(folder):
         (unwritable, "file/run: can't be written"),
         (pickled, "last.ckpt: .*nothing of it was run"),
         (config_with("epoch: 3"), "unknown setting 'epoch'; did you mean epochs"),
+        (config_with("kl_weight: 3"), "config.yaml: kl_weight: homography does not read it; ved does"),
         (config_with("- 3"), "holds no mapping"),
         (config_with("a: [b"), "is no YAML"),
     ],
@@ -130,7 +141,8 @@ def pickled(folder):
 def test_bad_input_takes_one_line(shards, tmp_path, spoil, message):
     folder = shutil.copytree(shards, tmp_path / "shards")
     system, *options = spoil(folder)
-    result = run(system, folder, "--out", tmp_path / "run", *TINY, *options)
+    size = SMALL if system == "bev-lidar" else TINY
+    result = run(system, folder, "--out", tmp_path / "run", *size, *options)
     assert (result.exit_code, result.stdout) == (1, "")
     assert result.stderr.count("\n") == 1, result.stderr
     assert re.search(message, result.stderr), result.stderr

@@ -5,9 +5,9 @@ import torch
 
 from ogmkit.errors import CheckpointError, SettingsError
 from ogmkit.grid import GridSpec
+from ogmkit.learn.catalogue import CATALOGUE
 from ogmkit.learn.checkpoints import Card, checkpoint_file, load_system, read_checkpoint
 from ogmkit.learn.inference import open_run, require_grid, require_system
-from ogmkit.learn.settings import TrainSettings
 from ogmkit.learn.systems.registry import build_system
 
 GRID = GridSpec(0.5, 40, 30, 40.0, 17.0)
@@ -15,7 +15,10 @@ CAMERAS = ("CAM_BACK", "CAM_FRONT")
 
 
 def save(path, system="homography", **more):
-    settings = TrainSettings(system, image_size=(64, 96), encoder="resnet18", masks="surface")
+    entry = CATALOGUE[system]
+    settings = entry.settings(
+        **entry.read({"image_size": (64, 96), "encoder": "resnet18", "masks": "surface"})
+    )
     net = build_system(settings, GRID, CAMERAS)
     content = {"state_dict": net.state_dict(), "ogmkit": Card(settings, GRID, CAMERAS).to_dict()}
     torch.save(content | more, path)
@@ -67,8 +70,9 @@ def test_a_pickle_is_refused_and_not_run(tmp_path):
     [
         ({"state_dict": {}}, "no checkpoint of ogmkit"),
         ([1, 2], "no checkpoint of ogmkit"),
-        ({"state_dict": {}, "ogmkit": {"format_version": 99}}, "format 99, not 1"),
-        ({"state_dict": {}, "ogmkit": {"format_version": 1}}, "says of itself is damaged"),
+        ({"state_dict": {}, "ogmkit": {"format_version": 1}}, "format 1, not 2; train again"),
+        ({"state_dict": {}, "ogmkit": {"format_version": 99}}, "format 99, not 2"),
+        ({"state_dict": {}, "ogmkit": {"format_version": 2}}, "says of itself is damaged"),
     ],
 )
 def test_foreign_checkpoints_are_named(tmp_path, content, message):
@@ -90,7 +94,7 @@ def test_damage_is_named(tmp_path):
 
 
 def test_weights_of_another_system_are_named(tmp_path):
-    net = build_system(TrainSettings("oft", image_size=(64, 96), channels=16, blocks=1), GRID, CAMERAS)
+    net = build_system(CATALOGUE["oft"].settings(image_size=(64, 96), channels=16, blocks=1), GRID, CAMERAS)
     save(tmp_path / "a.ckpt", state_dict=net.state_dict())
     with pytest.raises(CheckpointError, match="its weights are no homography"):
         load_system(tmp_path / "a.ckpt")

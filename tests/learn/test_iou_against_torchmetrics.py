@@ -8,9 +8,9 @@ from torchmetrics.classification import BinaryJaccardIndex, MulticlassJaccardInd
 from ogmkit.evaluation.evaluate import evaluate
 from ogmkit.evaluation.iou import BevCounter, code_of, iou, thresholded
 from ogmkit.grid import GridSpec
+from ogmkit.learn.catalogue import settings_from_dict
 from ogmkit.learn.data.spec import TARGETS
 from ogmkit.learn.inference import open_run, predict_frames
-from ogmkit.learn.settings import TrainSettings
 from ogmkit.learn.training import train
 from ogmkit.shards.manifest import read_manifest
 from ogmkit.shards.reader import Shard
@@ -52,7 +52,7 @@ def test_sums_over_frames_of_random_masks(threshold):
 
 
 def test_a_trained_run_is_scored_by_what_it_predicts(learn_shards, tmp_path):
-    settings = TrainSettings.from_dict(
+    settings = settings_from_dict(
         {
             "system": "footprints",
             "encoder": "resnet18",

@@ -6,8 +6,8 @@ import pytest
 import torch
 
 from ogmkit.errors import OutputError, SettingsError, ShardError, TrainingError
+from ogmkit.learn.catalogue import CATALOGUE
 from ogmkit.learn.checkpoints import read_checkpoint
-from ogmkit.learn.settings import TrainSettings
 from ogmkit.learn.training import train
 
 TINY = {"image_size": (64, 96), "encoder": "resnet18", "batch_size": 2, "limit_frames": 7, "lr": 1e-3}
@@ -25,7 +25,9 @@ class Crash(Exception):  # noqa: N818  # stands for a kill
 
 
 def settings(system="homography", **more):
-    return TrainSettings(system, **(TINY | SYSTEMS[system] | {"epochs": 3} | more))
+    entry = CATALOGUE[system]
+    common = entry.read(TINY | {"epochs": 3, "workers": 0})
+    return entry.settings(**(common | SYSTEMS[system] | more))
 
 
 def crash_at(step):

@@ -8,11 +8,17 @@ import pytest
 import torch
 
 from ogmkit.errors import SettingsError, ShardError, TrainingError
+from ogmkit.learn.catalogue import CATALOGUE
 from ogmkit.learn.checkpoints import read_checkpoint
-from ogmkit.learn.settings import TrainSettings
 from ogmkit.learn.training import train
 
 TINY = {"image_size": (64, 96), "encoder": "resnet18", "warp": "surface", "batch_size": 2, "epochs": 2}
+
+
+def settings_of(system, **values):
+    """Settings of a system, among values for several."""
+    entry = CATALOGUE[system]
+    return entry.settings(**entry.read({"workers": 0, **TINY, **values}))
 
 
 class Crash(Exception):  # noqa: N818  # stands for a kill
@@ -32,7 +38,7 @@ def weights(run):
     ],
 )
 def test_killed_and_resumed_the_weights_are_the_same(tmp_path, plan_shards, system, more):
-    chosen = TrainSettings(system, **(TINY | {"checkpoint_every": 1} | more))
+    chosen = settings_of(system, **({"checkpoint_every": 1} | more))
     whole, cut = tmp_path / "whole", tmp_path / "cut"
     summary = train(chosen, plan_shards, whole)
     assert (summary.frames, summary.val_frames, summary.steps) == (4, 4, 2 * chosen.epochs)
@@ -52,7 +58,7 @@ def test_killed_and_resumed_the_weights_are_the_same(tmp_path, plan_shards, syst
 
 def test_gradients_worked_out_twice_teach_the_same(tmp_path, plan_shards):
     for lean in (False, True):
-        chosen = TrainSettings("end-to-end", **TINY, checkpoint_gradients=lean)
+        chosen = settings_of("end-to-end", checkpoint_gradients=lean)
         train(chosen, plan_shards, tmp_path / str(lean))
     there, here = weights(tmp_path / "False"), weights(tmp_path / "True")
     for name, value in there.items():
@@ -75,14 +81,14 @@ def test_gradients_worked_out_twice_teach_the_same(tmp_path, plan_shards):
 )
 def test_wrong_input_is_named_before_anything_is_written(tmp_path, plan_shards, more, error, message):
     with pytest.raises(error, match=message):
-        train(TrainSettings(**(TINY | more)), plan_shards, tmp_path / "run")
+        train(settings_of(**more), plan_shards, tmp_path / "run")
     assert not (tmp_path / "run").exists()
 
 
 def test_scenes_without_six_frames_in_a_row_or_a_trajectory_are_named(tmp_path, learn_shards):
     message = "none of 16 frames can be used .*5 images before it.*0 have a valid trajectory"
     with pytest.raises(TrainingError, match=message):
-        train(TrainSettings("lstm-ed"), learn_shards, tmp_path / "run")
+        train(settings_of("lstm-ed"), learn_shards, tmp_path / "run")
     assert not (tmp_path / "run").exists()
 
 
@@ -92,4 +98,4 @@ def test_poses_that_are_no_numbers_stop_the_training(tmp_path, plan_shards):
     with h5py.File(shards / "scene-0001.h5", "r+") as h5:
         h5["CAM_FRONT/global_from_ego"][7, 0, 3] = np.nan
     with pytest.raises(ShardError, match=r"scene-0001.*CAM_FRONT frame 7: .*not finite"):
-        train(TrainSettings("lstm-ed", **TINY), shards, tmp_path / "run")
+        train(settings_of("lstm-ed"), shards, tmp_path / "run")

@@ -65,13 +65,31 @@ def test_settings_of_all_trainings_yield_to_those_of_one():
     assert [one.settings.workers for one in config(planners=["lstm-ed"]).trainings] == [0]
 
 
+def test_shared_settings_go_to_the_trainings_that_read_them():
+    found = config(
+        train={"hidden": 64, "image_size": [64, 96]},
+        homography={},
+        planners=["lstm-ed", "end-to-end"],
+    )
+    homography, lstm, end = (one.settings for one in found.trainings)
+    assert (lstm.hidden, end.hidden) == (64, 64)
+    assert (homography.image_size, end.image_size) == ((64, 96), (64, 96))
+    assert found.notes == ()
+
+
+def test_shared_settings_that_no_training_reads_give_one_note():
+    found = config(train={"kl_weight": 2, "blocks": 3, "lr": 0.5}, planners=["lstm-ed"])
+    assert found.notes == (f"{FILE}: train: no training here reads kl_weight, blocks; ignored",)
+    assert found.trainings == config(train={"lr": 0.5}, planners=["lstm-ed"]).trainings
+
+
 def test_everything_builds_on_the_network_if_there_is_one():
     planners = ["holistic", "lstm-ed"]
     with_network = config(homography={}, footprints={}, planners=planners)
     holistic, lstm = (one.settings for one in with_network.planners)
     assert with_network.footprints.settings.masks == "network"
     assert (holistic.masks, holistic.warp, holistic.perception) == ("network", "network", "footprints")
-    assert (lstm.masks, lstm.perception) == (None, None)
+    assert lstm.masks_learnt is None
     assert with_network.evaluate.homography == "network"
     without = config(footprints={}, planners=planners)
     assert without.footprints.settings.masks == "surface"
@@ -155,11 +173,15 @@ def test_the_examples_say_the_same_again_when_written_out(name):
         ({"render_footprints": {"sets": ["network"]}}, "sets: nothing makes the masks 'network'"),
         ({"train": {"epoch": 3}}, "train: unknown setting 'epoch'; did you mean epochs?"),
         ({"homography": {"lr": "quick"}}, "homography: lr: 'quick' is not a number"),
-        ({"homography": {"epochs": 0}}, "homography: epochs: 0 is not between 1"),
+        ({"homography": {"epochs": 0}}, "homography: epochs: 0 is below 1"),
         ({"homography": {"system": "ved"}}, "homography: unknown setting 'system'"),
         (
             {"homography": {"target": "robust"}},
             "target: nothing makes homographies 'robust'; there are: surf",
+        ),
+        (
+            {"footprints": {"kl_weight": 2}},
+            "footprints: kl_weight: footprints does not read it; ved does",
         ),
         ({"footprints": {"masks": "robust"}}, "footprints: masks: nothing makes the masks 'robust'"),
         ({"train": {"devices": 2}, "footprints": {}}, "train: devices: a chain trains on one GPU"),
@@ -170,7 +192,10 @@ def test_the_examples_say_the_same_again_when_written_out(name):
         ({"baselines": ["bev-lidar"]}, "bev-lidar needs `lidar: true` under extract"),
         ({"planners": ["lstm-ed", "lstm-ed"]}, "two trainings are called lstm-ed"),
         ({"planners": [{"system": "lstm-ed", "name": "../x"}]}, "name '../x': use letters"),
-        ({"planners": [{"system": "lstm-ed", "no_past": True}]}, "lstm-ed sees the past alone"),
+        (
+            {"planners": [{"system": "lstm-ed", "no_past": True}]},
+            "no_past: lstm-ed does not read it; end-to-end, mid-to-end, holistic, holistic-cv do",
+        ),
         ({"planners": [{"system": "holistic", "perception": "foot"}]}, "'foot' is neither a training"),
         ({"planners": [{"system": "holistic", "warp": "network"}]}, "warp: nothing makes homographies 'net"),
         (

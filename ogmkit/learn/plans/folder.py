@@ -18,6 +18,7 @@ from ogmkit.learn.image_folder import IMAGES, image_arrays, inputs_in
 from ogmkit.learn.image_homographies import given_homographies, homography_run, predicted_homographies
 from ogmkit.learn.image_inputs import GIVEN, ImageInputs, with_camera
 from ogmkit.learn.inference import Run, open_run, require_planner
+from ogmkit.learn.planner_settings import PlannerTraining
 from ogmkit.learn.plans.file import PlanFile, read_plan_file
 from ogmkit.learn.plans.inference import predict_plan_batch, require_finite_plan
 from ogmkit.learn.plans.objects import PlanJob, PlanStream, plan_object
@@ -82,7 +83,8 @@ def _spec(run: Run) -> SampleSpec:
 
 def _needs(run: Run, spec: SampleSpec) -> tuple[str, ...]:
     size = () if spec.image_size is None else ("image_size",)
-    positions = () if run.card.settings.no_past else ("positions",)
+    settings = run.card.settings
+    positions = ("positions",) if isinstance(settings, PlannerTraining) and settings.sees_past else ()
     return (*size, *positions, "destination")
 
 

@@ -8,7 +8,7 @@ from ogmkit.learn.data.spec import SampleSpec
 from ogmkit.learn.models.footprint_net import FootprintNet
 from ogmkit.learn.models.losses import perception_loss
 from ogmkit.learn.models.warp import warp_to_bev
-from ogmkit.learn.settings import TrainSettings
+from ogmkit.learn.perception_settings import FootprintsTraining
 from ogmkit.learn.systems.base import Answer, Batch, Prediction
 from ogmkit.learn.systems.masks import MaskSystem
 
@@ -16,7 +16,9 @@ from ogmkit.learn.systems.masks import MaskSystem
 class FootprintSystem(MaskSystem):
     """DeepLab v3+ with two decoding heads; its loss is in camera view, unless `bev_loss` adds the other."""
 
-    def __init__(self, settings: TrainSettings, grid: GridSpec, cameras: tuple[str, ...]) -> None:
+    settings: FootprintsTraining
+
+    def __init__(self, settings: FootprintsTraining, grid: GridSpec, cameras: tuple[str, ...]) -> None:
         super().__init__(settings, grid, cameras)
         if settings.masks is None:
             raise SettingsError("masks: name the set of footprints to learn")

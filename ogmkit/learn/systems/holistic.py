@@ -11,7 +11,7 @@ from ogmkit.learn.models.footprint_net import FootprintNet
 from ogmkit.learn.models.losses import perception_loss
 from ogmkit.learn.models.recompute import recompute_blocks
 from ogmkit.learn.models.warp import warp_to_bev
-from ogmkit.learn.settings import TrainSettings
+from ogmkit.learn.planner_settings import HolisticTraining, WarpedTraining
 from ogmkit.learn.systems.base import Answer, Batch, mask_panels
 from ogmkit.learn.systems.planning import PlannerSystem, pooled, pooled_size
 
@@ -19,7 +19,9 @@ from ogmkit.learn.systems.planning import PlannerSystem, pooled, pooled_size
 class _Seeing(PlannerSystem):
     """A planner behind a footprint network; both learn, unless the network is frozen."""
 
-    def __init__(self, settings: TrainSettings, grid: GridSpec, cameras: tuple[str, ...]) -> None:
+    settings: HolisticTraining
+
+    def __init__(self, settings: HolisticTraining, grid: GridSpec, cameras: tuple[str, ...]) -> None:
         if settings.masks is None:
             raise SettingsError("masks: name the set of footprints to learn")
         super().__init__(settings, grid, cameras)
@@ -59,6 +61,8 @@ class _Seeing(PlannerSystem):
 
 class HolisticSystem(_Seeing):
     """Holistic end-to-end: masks are warped to BEV by a homography before the planner sees them."""
+
+    settings: WarpedTraining
 
     def feature_size(self) -> int:
         """Of both masks on the plane, pooled."""

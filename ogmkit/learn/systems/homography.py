@@ -14,7 +14,7 @@ from ogmkit.learn.data.spec import SampleSpec
 from ogmkit.learn.models.homography_code import EntriesCode, FourPointCode, HomographyCode
 from ogmkit.learn.models.homography_net import HomographyNet
 from ogmkit.learn.models.warp import warp_to_bev
-from ogmkit.learn.settings import TrainSettings
+from ogmkit.learn.perception_settings import HomographyTraining
 from ogmkit.learn.systems.base import Answer, Batch, Prediction, System
 
 _CODES: Mapping[str, type[HomographyCode]] = {"entries": EntriesCode, "four-point": FourPointCode}
@@ -33,8 +33,9 @@ class HomographySystem(System):
     score_name = "error_m"
     score_sign = -1
     has_bev = False
+    settings: HomographyTraining
 
-    def __init__(self, settings: TrainSettings, grid: GridSpec, cameras: tuple[str, ...]) -> None:
+    def __init__(self, settings: HomographyTraining, grid: GridSpec, cameras: tuple[str, ...]) -> None:
         super().__init__(settings, grid, cameras)
         self.code = _CODES[settings.head](len(cameras), settings.image_size)
         self.net = HomographyNet(settings.encoder, settings.encoder_weights, self.code.size)

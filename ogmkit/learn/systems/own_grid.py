@@ -10,7 +10,12 @@ from ogmkit.learn.models.footprint_net import FootprintNet
 from ogmkit.learn.models.losses import elbo, perception_loss, summed_perception_loss
 from ogmkit.learn.models.oft import OftNet
 from ogmkit.learn.models.ved import VedNet
-from ogmkit.learn.settings import TrainSettings
+from ogmkit.learn.perception_settings import (
+    BevLidarTraining,
+    OftTraining,
+    OwnGridTraining,
+    VedTraining,
+)
 from ogmkit.learn.systems.base import Answer, Batch, Prediction
 from ogmkit.learn.systems.masks import MaskSystem
 
@@ -23,7 +28,9 @@ class OwnGridSystem(MaskSystem):
         factor: its cell's side in cells of the shards' grid.
     """
 
-    def __init__(self, settings: TrainSettings, grid: GridSpec, cameras: tuple[str, ...]) -> None:
+    settings: OwnGridTraining
+
+    def __init__(self, settings: OwnGridTraining, grid: GridSpec, cameras: tuple[str, ...]) -> None:
         super().__init__(settings, grid, cameras)
         self.cell_m = settings.bev_cell_m or grid.m_per_cell
         self.own_grid, self.factor = coarse_grid(grid, self.cell_m)
@@ -39,11 +46,6 @@ class OwnGridSystem(MaskSystem):
             lidar=wanted.lidar,
             bev=True,
         )
-
-    def prediction_spec(self, homography: str | None) -> SampleSpec:
-        """Images; no homography takes part."""
-        del homography
-        return SampleSpec(self.settings.image_size)
 
     def truth(self, batch: Batch) -> tuple[Tensor, Tensor | None]:
         """Cells of the own grid."""
@@ -65,7 +67,9 @@ class VedSystem(OwnGridSystem):
     Trained side by side they are as trained apart: no weight, statistic or optimiser state is common to both.
     """
 
-    def __init__(self, settings: TrainSettings, grid: GridSpec, cameras: tuple[str, ...]) -> None:
+    settings: VedTraining
+
+    def __init__(self, settings: VedTraining, grid: GridSpec, cameras: tuple[str, ...]) -> None:
         super().__init__(settings, grid, cameras)
         self.nets = nn.ModuleDict(
             {
@@ -75,6 +79,11 @@ class VedSystem(OwnGridSystem):
                 for name in TARGETS
             }
         )
+
+    def prediction_spec(self, homography: str | None) -> SampleSpec:
+        """Images; no homography takes part."""
+        del homography
+        return SampleSpec(self.settings.image_size)
 
     def answer(self, batch: Batch) -> Answer:
         """Logits on the own grid, and each model's latent distribution: `mu`, `logvar`, (B, 2, L)."""
@@ -103,7 +112,9 @@ class VedSystem(OwnGridSystem):
 class OftSystem(OwnGridSystem):
     """Orthographic Feature Transform (Roddick et al. 2019)."""
 
-    def __init__(self, settings: TrainSettings, grid: GridSpec, cameras: tuple[str, ...]) -> None:
+    settings: OftTraining
+
+    def __init__(self, settings: OftTraining, grid: GridSpec, cameras: tuple[str, ...]) -> None:
         super().__init__(settings, grid, cameras)
         self.net = OftNet(
             settings.encoder,
@@ -134,7 +145,9 @@ class OftSystem(OwnGridSystem):
 class BevLidarSystem(OwnGridSystem):
     """DeepLab v3+ on an image of the LiDAR points from above (the paper's BEV-LiDAR)."""
 
-    def __init__(self, settings: TrainSettings, grid: GridSpec, cameras: tuple[str, ...]) -> None:
+    settings: BevLidarTraining
+
+    def __init__(self, settings: BevLidarTraining, grid: GridSpec, cameras: tuple[str, ...]) -> None:
         super().__init__(settings, grid, cameras)
         self.net = FootprintNet(settings.encoder, settings.encoder_weights, normalise=False)
 

@@ -17,7 +17,7 @@ from ogmkit.learn.models.gaussian import Gaussians, negative_log_likelihood
 from ogmkit.learn.models.planner import Planner
 from ogmkit.learn.models.recompute import recompute_blocks
 from ogmkit.learn.plan import STEPS
-from ogmkit.learn.settings import TrainSettings
+from ogmkit.learn.planner_settings import EndToEndTraining, MidToEndTraining, PlannerTraining
 from ogmkit.learn.systems.base import Answer, Batch, Prediction, System
 from ogmkit.learn.systems.trajectory_panel import trajectory_panels
 
@@ -32,10 +32,11 @@ class PlannerSystem(System):
     score_sign = -1
     has_bev = False
     plans: ClassVar[bool] = True
+    settings: PlannerTraining
 
-    def __init__(self, settings: TrainSettings, grid: GridSpec, cameras: tuple[str, ...]) -> None:
+    def __init__(self, settings: PlannerTraining, grid: GridSpec, cameras: tuple[str, ...]) -> None:
         super().__init__(settings, grid, cameras)
-        self.planner = Planner(self.feature_size(), past=not settings.no_past, hidden=settings.hidden)
+        self.planner = Planner(self.feature_size(), past=settings.sees_past, hidden=settings.hidden)
         self.ade = MeanMetric()
         self.last = MeanMetric()
 
@@ -119,7 +120,9 @@ class TrajectorySystem(PlannerSystem):
 class EndToEndSystem(PlannerSystem):
     """End-to-end: the flattened features of an image encoder."""
 
-    def __init__(self, settings: TrainSettings, grid: GridSpec, cameras: tuple[str, ...]) -> None:
+    settings: EndToEndTraining
+
+    def __init__(self, settings: EndToEndTraining, grid: GridSpec, cameras: tuple[str, ...]) -> None:
         self._places = _feature_places(settings.image_size)
         encoder = ImageEncoder(settings.encoder, settings.encoder_weights)
         self._channels = encoder.out_channels[-1]
@@ -149,6 +152,8 @@ class EndToEndSystem(PlannerSystem):
 
 class MidToEndSystem(PlannerSystem):
     """Mid-to-end: the true masks from above, pooled and flattened."""
+
+    settings: MidToEndTraining
 
     def feature_size(self) -> int:
         """Of both masks, pooled."""

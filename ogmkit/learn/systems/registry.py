@@ -1,35 +1,22 @@
-"""The systems by the names that the command line has for them."""
+"""Networks of the catalogue's systems."""
 
-from collections.abc import Mapping
-from types import MappingProxyType
+import importlib
 
 from ogmkit.grid import GridSpec
+from ogmkit.learn.catalogue import CATALOGUE
 from ogmkit.learn.settings import TrainSettings
 from ogmkit.learn.systems.base import System
-from ogmkit.learn.systems.footprints import FootprintSystem
-from ogmkit.learn.systems.holistic import HolisticCvSystem, HolisticSystem
-from ogmkit.learn.systems.homography import HomographySystem
-from ogmkit.learn.systems.own_grid import BevLidarSystem, OftSystem, VedSystem
-from ogmkit.learn.systems.planning import EndToEndSystem, MidToEndSystem, TrajectorySystem
 
-SYSTEMS: Mapping[str, type[System]] = MappingProxyType(
-    {
-        "homography": HomographySystem,
-        "footprints": FootprintSystem,
-        "ved": VedSystem,
-        "oft": OftSystem,
-        "bev-lidar": BevLidarSystem,
-        "lstm-ed": TrajectorySystem,
-        "end-to-end": EndToEndSystem,
-        "mid-to-end": MidToEndSystem,
-        "holistic": HolisticSystem,
-        "holistic-cv": HolisticCvSystem,
-    }
-)
+
+def system_class(name: str) -> type[System]:
+    """The class of a system of the catalogue."""
+    module, _, implementation = CATALOGUE[name].implementation.partition(":")
+    found: type[System] = getattr(importlib.import_module(module), implementation)
+    return found
 
 
 def build_system(settings: TrainSettings, grid: GridSpec, cameras: tuple[str, ...]) -> System:
-    """The system that the settings name, with fresh weights.
+    """The system that the settings are of, with fresh weights.
 
     Args:
         settings: of the training.
@@ -39,4 +26,4 @@ def build_system(settings: TrainSettings, grid: GridSpec, cameras: tuple[str, ..
     Raises:
         SettingsError: settings and grid don't go together, or the encoder is unknown.
     """
-    return SYSTEMS[settings.system](settings, grid, cameras)
+    return system_class(settings.system)(settings, grid, cameras)

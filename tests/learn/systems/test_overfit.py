@@ -5,11 +5,11 @@ import torch
 
 from ogmkit.footprints.settings import FootprintSettings
 from ogmkit.grid import GridSpec
+from ogmkit.learn.catalogue import CATALOGUE
 from ogmkit.learn.checkpoints import load_system
 from ogmkit.learn.data.frames import FrameDataset
 from ogmkit.learn.data.index import index_frames
 from ogmkit.learn.data.loader import EpochBatches, loader
-from ogmkit.learn.settings import TrainSettings
 from ogmkit.learn.training import train
 from ogmkit.nuscenes.dataset import Dataset
 from ogmkit.pipeline.extract import extract
@@ -32,6 +32,12 @@ COMMON = {
     "schedule": "cosine",
     "checkpoint_every": 10_000,
 }
+
+
+def settings_of(system, **values):
+    """Settings of a system, among values for several."""
+    entry = CATALOGUE[system]
+    return entry.settings(**entry.read({"workers": 0, **COMMON, **values}))
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +88,7 @@ def learnt(tmp_path, shards, settings):
     ids=lambda value: value if isinstance(value, str) else value.get("masks", ""),
 )
 def test_four_frames_are_learnt_by_heart(tmp_path, shards, system, more):
-    settings = TrainSettings(system, **(COMMON | more))
+    settings = settings_of(system, **more)
     scores, net, batch, _ = learnt(tmp_path, shards, settings)
     assert bool(net.truth(batch)[0][:, 1].flatten(1).any(1).all())
     assert min(scores["iou_drivable"], scores["iou_vehicles"]) >= 0.9, scores
@@ -90,7 +96,7 @@ def test_four_frames_are_learnt_by_heart(tmp_path, shards, system, more):
 
 @pytest.mark.parametrize("head", ["entries", "four-point"])
 def test_four_homographies_are_learnt_by_heart(tmp_path, shards, head):
-    settings = TrainSettings("homography", **(COMMON | {"epochs": 200, "head": head}))
+    settings = settings_of("homography", epochs=200, head=head)
     scores, system, batch, prediction = learnt(tmp_path, shards, settings)
     ahead = torch.tensor([20.0, 0.0, 1.0], dtype=torch.float64)
     place = torch.from_numpy(system.grid.bev_from_level) @ ahead

@@ -3,10 +3,10 @@
 import pytest
 import torch
 
+from ogmkit.learn.catalogue import CATALOGUE
 from ogmkit.learn.data.index import index_sequences
 from ogmkit.learn.data.loader import EpochBatches, loader
 from ogmkit.learn.data.sequences import SequenceDataset
-from ogmkit.learn.settings import TrainSettings
 from ogmkit.learn.systems.registry import build_system
 from ogmkit.shards.manifest import read_manifest
 
@@ -44,7 +44,9 @@ def batches_of(shards, spec):
 def test_four_sequences_are_learnt_by_heart(shards, system, steps, no_past):
     torch.manual_seed(0)
     grid = read_manifest(shards).settings.targets.grid
-    net = build_system(TrainSettings(system, **COMMON, no_past=no_past), grid, CAMERAS)
+    entry = CATALOGUE[system]
+    settings = entry.settings(**entry.read({**COMMON, "no_past": no_past}))
+    net = build_system(settings, grid, CAMERAS)
     net.prepare(batches_of(shards, net.prepare_spec))
     (batch,) = batches_of(shards, net.spec)
     last = batch["future"][:, 4]

@@ -6,27 +6,34 @@ import torch
 
 from ogmkit.errors import CheckpointError, SettingsError
 from ogmkit.grid import GridSpec
+from ogmkit.learn.catalogue import CATALOGUE
 from ogmkit.learn.checkpoints import load_system
 from ogmkit.learn.data.index import index_sequences
 from ogmkit.learn.data.loader import EpochBatches, loader
 from ogmkit.learn.data.sequences import SequenceDataset
 from ogmkit.learn.inference import open_run
 from ogmkit.learn.plans.inference import predict_plans
-from ogmkit.learn.settings import PLANNERS, TrainSettings
 from ogmkit.learn.systems.planning import pooled
 from ogmkit.learn.systems.registry import build_system
 from ogmkit.learn.training import train
 from ogmkit.shards.manifest import read_manifest
 
 CAMERAS = ("CAM_FRONT",)
+PLANNERS = [name for name, entry in CATALOGUE.items() if entry.plans]
 SEEING = ("holistic", "holistic-cv")
 TINY = {"image_size": (64, 96), "encoder": "resnet18", "masks": "surface", "warp": "surface"}
+
+
+def settings_of(system, **values):
+    """Settings of a system, among values for several."""
+    entry = CATALOGUE[system]
+    return entry.settings(**entry.read({"workers": 0, **TINY, **values}))
 
 
 def system(shards, name, **more):
     grid = read_manifest(shards).settings.targets.grid
     torch.manual_seed(1)
-    return build_system(TrainSettings(name, **(TINY | more)), grid, CAMERAS)
+    return build_system(settings_of(name, **more), grid, CAMERAS)
 
 
 def batch_of(shards, net, size=4):
@@ -37,11 +44,6 @@ def batch_of(shards, net, size=4):
 
 def loss_of(net, batch):
     return sum(net.losses(net.answer(batch), batch).values())
-
-
-def test_the_past_can_not_be_left_out_of_what_sees_it_alone(plan_shards):
-    with pytest.raises(SettingsError, match="lstm-ed"):
-        system(plan_shards, "lstm-ed", no_past=True)
 
 
 @pytest.mark.parametrize(
@@ -130,7 +132,7 @@ def test_a_frozen_perception_stays(plan_shards, tmp_path, make_run):
     few = {"epochs": 2, "batch_size": 2, "lr": 1e-3, "perception": str(stage_1)}
     for freeze in (True, False):
         run = tmp_path / f"freeze-{freeze}"
-        train(TrainSettings("holistic", **(TINY | few | {"freeze": freeze})), plan_shards, run)
+        train(settings_of("holistic", **few, freeze=freeze), plan_shards, run)
         found = load_system(run / "last.ckpt")[1].perception.state_dict()
         alike = [torch.equal(value, there[f"net.{key}"]) for key, value in found.items()]
         assert all(alike) is freeze
@@ -139,20 +141,19 @@ def test_a_frozen_perception_stays(plan_shards, tmp_path, make_run):
 @pytest.mark.parametrize(
     ("more", "error", "message"),
     [
-        ({"system": "mid-to-end"}, SettingsError, "mid-to-end has none"),
         ({"encoder": "resnet34"}, SettingsError, "--encoder resnet18"),
         ({"perception": "nowhere"}, CheckpointError, "nowhere"),
         ({"grid": GridSpec(0.5, 90, 60, 90.0, 34.0)}, SettingsError, "grid.rows is 90 here"),
         ({"stage_1": "oft"}, CheckpointError, "run of oft"),
     ],
-    ids=["no perception", "encoder", "absent", "grid", "system"],
+    ids=["encoder", "absent", "grid", "system"],
 )
 def test_a_perception_that_does_not_fit_is_named(tmp_path, plan_shards, make_run, more, error, message):
     grid = more.pop("grid", read_manifest(plan_shards).settings.targets.grid)
     run = make_run(tmp_path / "stage-1", more.pop("stage_1", "footprints"), grid, CAMERAS)
-    chosen = TINY | {"system": "holistic", "perception": str(run)} | more
+    chosen = {"system": "holistic", "perception": str(run)} | more
     with pytest.raises(error, match=message):
-        train(TrainSettings(**chosen), plan_shards, tmp_path / "run")
+        train(settings_of(**chosen), plan_shards, tmp_path / "run")
     assert not (tmp_path / "run").exists()
 
 

@@ -6,18 +6,19 @@ from ogmkit.errors import SettingsError
 from ogmkit.footprints.warp import warp_to_bev
 from ogmkit.geometry.camera import image_from_ground
 from ogmkit.grid import GridSpec
-from ogmkit.learn.settings import TrainSettings
-from ogmkit.learn.systems.registry import SYSTEMS, build_system
+from ogmkit.learn.catalogue import CATALOGUE
+from ogmkit.learn.systems.registry import build_system
 
 GRID = GridSpec(0.5, 20, 24, 20.0, 10.0)
 CAMERAS = ("CAM_BACK", "CAM_FRONT")
 SIZE = (64, 96)
-STAGE_1 = [name for name, kind in SYSTEMS.items() if not kind.plans]
+STAGE_1 = [name for name, entry in CATALOGUE.items() if not entry.plans]
 
 
 def system(name, **more):
     chosen = {"image_size": SIZE, "encoder": "resnet18", "masks": "surface", "channels": 16, "blocks": 1}
-    return build_system(TrainSettings(name, **(chosen | more)), GRID, CAMERAS)
+    entry = CATALOGUE[name]
+    return build_system(entry.settings(**(entry.read(chosen) | more)), GRID, CAMERAS)
 
 
 def batch_of(net, frames=3):

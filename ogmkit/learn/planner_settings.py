@@ -1,0 +1,126 @@
+"""The settings of the systems of stage 2, which plan."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import ClassVar, Self
+
+from ogmkit.errors import SettingsError
+from ogmkit.learn.perception_settings import ImageTraining, MaskTraining
+from ogmkit.learn.settings import TrainSettings, setting, with_default
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlannerTraining(TrainSettings):
+    """Of a system that plans."""
+
+    epochs: int = with_default(TrainSettings, "epochs", 200)
+    batch_size: int = with_default(TrainSettings, "batch_size", 10)
+    clip_norm: float = with_default(TrainSettings, "clip_norm", 1.0)
+    hidden: int = setting(128, "Size of the states of the planner's LSTMs.", "Model", low=1, high=65536)
+
+    @property
+    def sees_past(self) -> bool:
+        """Whether the planner is told the past trajectory."""
+        return True
+
+
+@dataclass(frozen=True, kw_only=True)
+class ObservingTraining(PlannerTraining):
+    """Of a planner that sees more than the past, and may do without it."""
+
+    no_past: bool = setting(False, "Leave out the past trajectory.", "Model")
+
+    @property
+    def sees_past(self) -> bool:
+        """As set."""
+        return not self.no_past
+
+    @property
+    def label(self) -> str:
+        """The system's name; `-np` without the past, as in the paper."""
+        return f"{self.system}-np" if self.no_past else self.system
+
+
+@dataclass(frozen=True, kw_only=True)
+class PoolingTraining(ObservingTraining):
+    """Of a planner that sees masks."""
+
+    pool: tuple[int, int] = setting(
+        (100, 55),
+        "Size that masks are averaged to, at most, before the planner sees them.",
+        "Model",
+        low=1,
+        form="ROWSxCOLUMNS",
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecomputingTraining(ImageTraining):
+    """Of a planner with an encoder for six images at once."""
+
+    checkpoint_gradients: bool = setting(
+        False, "Less memory for more time: go through residual blocks twice.", "Run"
+    )
+
+    def for_prediction(self) -> Self:
+        """Without gradients."""
+        return replace(super().for_prediction(), checkpoint_gradients=False)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LstmTraining(PlannerTraining):
+    """Of `lstm-ed`."""
+
+    system: ClassVar[str] = "lstm-ed"
+
+
+@dataclass(frozen=True, kw_only=True)
+class EndToEndTraining(ObservingTraining, RecomputingTraining):
+    """Of `end-to-end`."""
+
+    system: ClassVar[str] = "end-to-end"
+
+
+@dataclass(frozen=True, kw_only=True)
+class MidToEndTraining(PoolingTraining):
+    """Of `mid-to-end`."""
+
+    system: ClassVar[str] = "mid-to-end"
+
+
+@dataclass(frozen=True, kw_only=True)
+class HolisticTraining(PoolingTraining, MaskTraining, RecomputingTraining):
+    """Of `holistic-cv`, and of `holistic` but for its warp."""
+
+    system: ClassVar[str] = "holistic-cv"
+    perception: str | None = setting(
+        None,
+        "Run of footprints that the perception begins with.",
+        "Model",
+        form="RUN",
+        unset="begin at random",
+    )
+    freeze: bool = setting(
+        False, "Keep that perception as it is, and train the planner alone.", "Optimisation"
+    )
+    perception_weight: float = setting(
+        0.1, "Weight of the perception's loss beside the motion's.", "Optimisation", low=0
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.freeze and self.perception is None:
+            raise SettingsError("freeze: needs a perception run whose weights are kept")
+
+
+@dataclass(frozen=True, kw_only=True)
+class WarpedTraining(HolisticTraining):
+    """Of `holistic`."""
+
+    system: ClassVar[str] = "holistic"
+    warp: str = setting("network", "Homographies that lead to the plane.", "Data", form="SOURCE")
+
+    @property
+    def homographies_read(self) -> Mapping[str, str]:
+        """The warp."""
+        return {"warp": self.warp}

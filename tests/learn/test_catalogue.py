@@ -1,0 +1,115 @@
+"""The systems' settings: the paper's by default, each stated once and read by those that need it."""
+
+import json
+from dataclasses import fields
+from typing import get_type_hints
+
+import pytest
+
+from ogmkit.errors import SettingsError
+from ogmkit.learn.catalogue import CATALOGUE, readers, settings_from_dict, training_settings
+from ogmkit.learn.settings import stated_fields
+
+
+@pytest.mark.parametrize(
+    ("system", "encoder", "lr"),
+    [
+        ("homography", "resnet18", 1e-3),
+        ("footprints", "resnet101", 1e-3),
+        ("ved", "vgg16_bn", 1e-3),
+        ("oft", "resnet18", 1e-7),
+        ("bev-lidar", "resnet101", 1e-3),
+    ],
+)
+def test_the_papers_settings_of_stage_1_are_the_defaults(system, encoder, lr):
+    settings = training_settings(system)
+    assert (settings.encoder, settings.lr, settings.encoder_weights) == (encoder, lr, None)
+    assert (settings.epochs, settings.batch_size, settings.optimizer, settings.clip_norm) == (
+        100,
+        8,
+        "sgd",
+        0,
+    )
+
+
+@pytest.mark.parametrize("system", ["lstm-ed", "end-to-end", "mid-to-end", "holistic", "holistic-cv"])
+def test_the_papers_settings_of_stage_2_are_the_defaults(system):
+    settings = training_settings(system)
+    assert (settings.epochs, settings.batch_size, settings.lr, settings.momentum) == (200, 10, 1e-3, 0.9)
+    assert settings.hidden == 128
+
+
+def test_oft_works_on_cells_of_a_metre_and_others_on_the_shards():
+    assert [training_settings(name).bev_cell_m for name in ("oft", "ved", "bev-lidar")] == [1.0, None, None]
+
+
+def test_settings_are_read_by_the_systems_that_need_them():
+    assert readers("kl_weight") == ("ved",)
+    assert readers("blocks") == readers("channels") == ("oft",)
+    assert readers("head") == ("homography",)
+    assert readers("warp") == ("holistic",)
+    assert readers("masks") == ("footprints", "holistic", "holistic-cv")
+    assert readers("no_past") == ("end-to-end", "mid-to-end", "holistic", "holistic-cv")
+    assert readers("pool") == ("mid-to-end", "holistic", "holistic-cv")
+    assert readers("bev_cell_m") == ("ved", "oft", "bev-lidar")
+    assert "bev-lidar" not in readers("image_size")
+    assert set(readers("lr")) == set(CATALOGUE)
+
+
+@pytest.mark.parametrize("system", CATALOGUE)
+def test_every_field_states_its_setting_and_has_a_default_of_its_own_type(system):
+    cls = CATALOGUE[system].settings
+    hints = get_type_hints(cls)
+    for name, stated in stated_fields(cls).items():
+        assert stated.help.endswith("."), name
+        assert stated.group in ("Data", "Model", "Optimisation", "Run")
+        default = getattr(cls(), name)
+        assert (default is None) <= bool(stated.unset), f"{name}: say what None means"
+        assert hints[name]
+    assert {field.name for field in fields(cls)} == set(stated_fields(cls))
+
+
+@pytest.mark.parametrize("system", CATALOGUE)
+def test_plain_values_and_back(system):
+    settings = training_settings(system, cameras=("CAM_FRONT",), split_ratio=(77, 9), lr=0.5, max_steps=7)
+    values = json.loads(json.dumps(settings.to_dict()))
+    assert values["system"] == system
+    assert settings_from_dict(values) == settings
+
+
+def test_a_planner_without_the_past_is_called_so():
+    assert training_settings("holistic", no_past=True).label == "holistic-np"
+    assert training_settings("holistic").label == "holistic"
+
+
+def test_predicting_needs_neither_weights_nor_recomputation():
+    settings = training_settings("end-to-end", encoder_weights="imagenet", checkpoint_gradients=True)
+    assert settings.for_prediction() == training_settings("end-to-end")
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"system": "offt"}, "did you mean oft"),
+        ({"system": "oft", "epoch": 3}, "did you mean epochs"),
+        ({"system": "oft", "epochs": 0}, "epochs: 0 is below 1"),
+        ({"system": "oft", "epochs": "many"}, "epochs: 'many' is not a whole number"),
+        ({"system": "oft", "lr": -1.0}, "lr: -1.0 is below 0"),
+        ({"system": "oft", "lr": float("nan")}, "lr: nan is below 0"),
+        ({"system": "oft", "image_size": [16, 800]}, "image_size: 16 is below 32"),
+        ({"system": "oft", "split_ratio": [77, 0]}, "split_ratio: 0 is below 1"),
+        ({"system": "oft", "flip": 1.5}, "flip: 1.5 is above 1"),
+        ({"system": "homography", "head": "six-point"}, "did you mean four-point"),
+        ({"system": "oft", "val_split": "train"}, "are both 'train'"),
+        ({"system": "holistic", "freeze": True}, "freeze: needs a perception"),
+        ({"system": "footprints", "kl_weight": 2.0}, "kl_weight: footprints does not read it; ved does"),
+        (
+            {"system": "lstm-ed", "no_past": True},
+            "no_past: lstm-ed does not read it; end-to-end, mid-to-end,",
+        ),
+        ({}, "system"),
+    ],
+)
+def test_wrong_values_are_named(values, message):
+    with pytest.raises(SettingsError, match=message):
+        settings_from_dict(values)
