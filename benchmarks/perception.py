@@ -24,16 +24,18 @@ from ogmkit.shards.reader import Shard
 CAMERA = "CAM_FRONT"
 SCENES, FRAMES, HELD_OUT, SEED = 50, 20, 10, 11
 WORLD = ["--num-scenes", SCENES, "--frames", FRAMES, "--seed", SEED, "--relief", 2, "--camera", CAMERA]
-COMMON = ["--image-size", "96x160", "--encoder", "resnet18", "--workers", 0, "--colour", 0.2, "--flip", 0.5]
+COMMON = ["--encoder", "resnet18", "--workers", 0, "--flip", 0.5]
 COMMON += ["--optimizer", "adamw", "--schedule", "cosine"]
+IMAGES = [*COMMON, "--image-size", "96x160", "--colour", 0.2]
 # OFT's loss is a sum over cells, which AdamW's steps don't notice: the same learning rate serves.
-MASKS = [*COMMON, "--lr", 1e-3, "--epochs", 6]
+LONG = ["--lr", 1e-3, "--epochs", 6]
+MASKS = [*IMAGES, *LONG]
 TRAININGS = {
-    "homography": ["homography", *COMMON, "--lr", 5e-4, "--epochs", 4],
+    "homography": ["homography", *IMAGES, "--lr", 5e-4, "--epochs", 4],
     "homography-four-point": [
-        *("homography", *COMMON, "--lr", 5e-4, "--epochs", 8, "--crop", 0.06, "--head", "four-point"),
+        *("homography", *IMAGES, "--lr", 5e-4, "--epochs", 8, "--crop", 0.06, "--head", "four-point"),
     ],
-    "bev-lidar": ["bev-lidar", *MASKS, "--bev-cell", 0.5],
+    "bev-lidar": ["bev-lidar", *COMMON, *LONG, "--bev-cell", 0.5],
     "oft": ["oft", *MASKS, "--channels", 32, "--blocks", 2],
     "ved": ["ved", *MASKS, "--bev-cell", 1.0],
     **{f"footprints-{seed}": ["footprints", *MASKS, "--seed", seed] for seed in range(3)},

@@ -24,10 +24,11 @@ VAL, TEST = 8, 24  # scenes that choose the best checkpoint, and that the table 
 WORLD = ["--num-scenes", SCENES, "--frames", FRAMES, "--seed", SEED, "--relief", 2, "--camera", CAMERA]
 WORLD += ["--incidents", "--no-lidar", "--image-size", "180x320"]
 GRID = ["--cell-size", 0.5, "--rows", 80, "--columns", 48, "--ego-row", 80, "--ego-column", 24]
-COMMON = ["--image-size", "64x128", "--encoder", "resnet18", "--workers", 0, "--flip", 0.5]
-COMMON += ["--optimizer", "adamw", "--schedule", "cosine"]
-STAGE_1 = [*COMMON, "--limit-frames", 2000, "--epochs", 3]
-PLAN = [*COMMON, "--lr", 3e-3, "--weight-decay", 0.1, "--pool", "20x12"]
+COMMON = ["--workers", 0, "--flip", 0.5, "--optimizer", "adamw", "--schedule", "cosine"]
+IMAGES = ["--image-size", "64x128", "--encoder", "resnet18"]
+POOL = ["--pool", "20x12"]
+STAGE_1 = [*COMMON, *IMAGES, "--limit-frames", 2000, "--epochs", 3]
+PLAN = [*COMMON, "--lr", 3e-3, "--weight-decay", 0.1]
 LONG = [*PLAN, "--epochs", 20]
 SHORT = [*PLAN, "--batch-size", 4, "--epochs", 2]
 SEEDS, WARP_SEEDS = range(3), range(2)
@@ -44,21 +45,24 @@ def past_planners():
 def mask_planners():
     """Trainings from true masks; some are short as those of the past alone."""
     return {
-        **{f"mid-to-end-{seed}": ["mid-to-end", *LONG, "--seed", seed] for seed in SEEDS},
-        **{f"mid-to-end-np-{seed}": ["mid-to-end", *LONG, "--seed", seed, "--no-past"] for seed in SEEDS},
-        **{f"mid-to-end-short-{seed}": ["mid-to-end", *SHORT, "--seed", seed] for seed in SEEDS},
+        **{f"mid-to-end-{seed}": ["mid-to-end", *LONG, *POOL, "--seed", seed] for seed in SEEDS},
+        **{
+            f"mid-to-end-np-{seed}": ["mid-to-end", *LONG, *POOL, "--seed", seed, "--no-past"]
+            for seed in SEEDS
+        },
+        **{f"mid-to-end-short-{seed}": ["mid-to-end", *SHORT, *POOL, "--seed", seed] for seed in SEEDS},
     }
 
 
 def image_planners(folder):
     """Trainings from images; those that look through footprints begin with stage 1's."""
-    holistic = [*SHORT, "--perception", folder / "footprints"]
+    holistic = [*SHORT, *IMAGES, *POOL, "--perception", folder / "footprints"]
     return {
         **{f"holistic-{seed}": ["holistic", *holistic, "--seed", seed] for seed in WARP_SEEDS},
         **{f"holistic-cv-{seed}": ["holistic-cv", *holistic, "--seed", seed] for seed in WARP_SEEDS},
         "holistic-np": ["holistic", *holistic, "--no-past"],
-        "end-to-end": ["end-to-end", *SHORT],
-        "end-to-end-np": ["end-to-end", *SHORT, "--no-past"],
+        "end-to-end": ["end-to-end", *SHORT, *IMAGES],
+        "end-to-end-np": ["end-to-end", *SHORT, *IMAGES, "--no-past"],
     }
 
 
