@@ -28,7 +28,21 @@ Examples:
 """
 
 
-@click.group(cls=SuggestingGroup, subcommand_metavar="SYSTEM SHARDS [OPTIONS]")
+class TrainGroup(SuggestingGroup):
+    """A command for each system of the catalogue."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """The systems, in the order of work."""
+        del ctx
+        return list(CATALOGUE)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """The command that trains a system; None where there is none of that name."""
+        del ctx
+        return system_command(CATALOGUE[cmd_name]) if cmd_name in CATALOGUE else None
+
+
+@click.group(cls=TrainGroup, subcommand_metavar="SYSTEM SHARDS [OPTIONS]")
 def command() -> None:
     """Train a network on shards.
 
@@ -141,7 +155,3 @@ def _train(
         f"{with_number(summary.frames, sample)}{score} on {with_number(summary.val_frames, sample)}"
         f"{resumed}, {summary.seconds:.1f} s"
     )
-
-
-for _entry in CATALOGUE.values():
-    command.add_command(system_command(_entry))

@@ -28,7 +28,8 @@ def members(name):
     found = command(name)
     if not isinstance(found, click.Group):
         return {name: found}
-    return {f"{name} {member}": inner for member, inner in found.commands.items()}
+    context = click.Context(found)
+    return {f"{name} {member}": found.get_command(context, member) for member in found.list_commands(context)}
 
 
 def option_names(found):

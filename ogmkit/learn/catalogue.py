@@ -64,7 +64,7 @@ class SystemEntry:
         return self.output == "plan"
 
 
-_ENTRIES = (
+_SYSTEMS = (
     SystemEntry(
         HomographyTraining,
         "ogmkit.learn.systems.homography:HomographySystem",
@@ -137,8 +137,14 @@ _ENTRIES = (
     ),
 )
 
-CATALOGUE: Mapping[str, SystemEntry] = MappingProxyType({entry.name: entry for entry in _ENTRIES})
+_ENTRIES = {entry.name: entry for entry in _SYSTEMS}
+CATALOGUE: Mapping[str, SystemEntry] = MappingProxyType(_ENTRIES)
 """System → what there is to know of it, in the order of work."""
+
+
+def systems_of(output: Output) -> tuple[str, ...]:
+    """The systems that predict this, in the order of work."""
+    return tuple(name for name, entry in CATALOGUE.items() if entry.output == output)
 
 
 def entry_of(system: str) -> SystemEntry:

@@ -8,16 +8,13 @@ from typing import Any
 from ogmkit.base.names import unknown
 from ogmkit.base.values import mapping, require_known
 from ogmkit.errors import SettingsError
-from ogmkit.learn.catalogue import CATALOGUE, all_settings, entry_of, require_read
+from ogmkit.learn.catalogue import all_settings, entry_of, require_read, systems_of
 from ogmkit.learn.choices import NETWORK, SURFACE
 from ogmkit.learn.perception_settings import EncoderTraining
 from ogmkit.learn.planner_settings import HolisticTraining
 from ogmkit.learn.settings import stated_fields
 from ogmkit.shards.additions import require_name
 from ogmkit.workflow.config import ELSEWHERE, FOOTPRINTS, HOMOGRAPHY, Config, Training
-
-_BASELINES = tuple(entry.name for entry in CATALOGUE.values() if entry.output == "grids")
-_PLANNERS = tuple(entry.name for entry in CATALOGUE.values() if entry.plans)
 
 
 def read_trainings(config: Config, values: Mapping[str, Any], path: Path) -> Config:
@@ -42,10 +39,12 @@ def read_trainings(config: Config, values: Mapping[str, Any], path: Path) -> Con
     chosen = SURFACE if config.homography is None else NETWORK
     if FOOTPRINTS in values:
         config = replace(config, footprints=reader.single(FOOTPRINTS, {"masks": chosen}))
-    config = replace(config, baselines=tuple(reader.listed("baselines", _BASELINES, {"masks": chosen})))
+    config = replace(
+        config, baselines=tuple(reader.listed("baselines", systems_of("grids"), {"masks": chosen}))
+    )
     perception = None if config.footprints is None else FOOTPRINTS
     seeing = {"masks": chosen, "warp": chosen, "perception": perception}
-    planners = reader.listed("planners", _PLANNERS, seeing)
+    planners = reader.listed("planners", systems_of("plan"), seeing)
     config = replace(config, planners=tuple(_placed(config, one, path) for one in planners))
     _require_distinct(config, path)
     for training in config.trainings:
