@@ -15,6 +15,7 @@ from commands import ogmkit, told, train_all
 from ogmkit.evaluation.evaluate import evaluate
 from ogmkit.evaluation.formats import as_markdown
 from ogmkit.homography.leave_out import RANGES_M, summarise
+from ogmkit.learn.inference import open_run
 from ogmkit.learn.network_homography import measured
 from ogmkit.pipeline.geometry import frame_geometry
 from ogmkit.pipeline.homography_summary import read_results
@@ -64,7 +65,7 @@ def main():
     rest = {name: options for name, options in TRAININGS.items() if name not in NETWORKS}
     seconds |= train_all(folder, shards, splits, rest)
     runs = [folder / name for name in rest]
-    found = evaluate(shards, runs, split_file=splits)
+    found = evaluate(shards, [open_run(run) for run in runs], split_file=splits)
     print(as_markdown(found))
     print(homography_table(shards, names))
     print(f"\nSeconds of each training, a core each: {told(seconds)}")

@@ -16,6 +16,8 @@ from planning_pairs import pairs_table
 from ogmkit.evaluation.formats import as_markdown
 from ogmkit.evaluation.planning.evaluate import evaluate_plans
 from ogmkit.evaluation.planning.sequences import sequences_of
+from ogmkit.evaluation.settings import EvaluateSettings
+from ogmkit.learn.inference import open_run
 from ogmkit.shards.manifest import read_manifest
 
 CAMERA = "CAM_FRONT"
@@ -85,7 +87,8 @@ def main():
     seconds |= train_all(folder, shards, splits, from_images)
     runs = [folder / name for name in {**from_images, **from_past, **from_masks}]
     sequences = sequences_of(shards, split="test", split_file=splits, cameras=(), limit=None)
-    found = evaluate_plans(shards, runs, split="test", split_file=splits, samples=len(sequences))
+    settings = EvaluateSettings(split="test", samples=len(sequences))
+    found = evaluate_plans(shards, [open_run(run) for run in runs], settings, split_file=splits)
     print(as_markdown(found))
     print(f"\n{pairs_table(sequences, found.samples)}")
     print(f"\nSeconds of each training, a core each: {told(seconds)}")

@@ -13,6 +13,8 @@ from .progress import progress
 if TYPE_CHECKING:
     from ogmkit.evaluation.planning.result import PlanEvaluation
     from ogmkit.evaluation.result import Evaluation
+    from ogmkit.evaluation.settings import EvaluateSettings
+    from ogmkit.learn.inference import Run
 
 ROWS = ("csv", "json")
 """Formats that hold a row a figure: of one table only, since the two have other keys."""
@@ -85,11 +87,17 @@ PICTURE_FRAMES = 4
 def command(
     shards: Path,
     runs: tuple[Path, ...],
+    split: str,
+    split_file: Path | None,
+    homography: str | None,
+    cameras: tuple[str, ...],
     threshold: float,
     scale: float,
     form: str,
     pictures: Path | None,
-    **common: Any,  # noqa: ANN401  # options that both evaluations have, by their names
+    batch_size: int,
+    workers: int,
+    limit: int | None,
 ) -> None:
     """Score trained networks by the paper's tables.
 
@@ -123,55 +131,67 @@ def command(
     """  # noqa: D301  # Click wants the character
     if pictures is not None and not runs:
         raise click.UsageError("--pictures needs a RUN.")
-    perceiving, planning = _by_stage(shards, runs)
-    if perceiving and planning and form in ROWS:
+    opened = _tabled(shards, open_runs(runs))
+    grids, planners = ([run for run in opened if run.output == output] for output in ("grids", "plan"))
+    if grids and planners and form in ROWS:
         raise click.UsageError(f"--format {form} holds one table: give runs that predict grids, or planners.")
     if pictures is not None:
         from ogmkit.pictures.evaluation_sheet import make_folder
 
         make_folder(pictures, shards)
-    common |= {"samples": 0 if pictures is None else PICTURE_FRAMES}
-    if perceiving or not planning:
-        _grids(shards, perceiving, form, pictures, threshold=threshold, scale=scale, **common)
-    if perceiving and planning:
+    from ogmkit.evaluation.settings import EvaluateSettings
+
+    samples = 0 if pictures is None else PICTURE_FRAMES
+    settings = EvaluateSettings(split, homography, threshold, scale, batch_size, limit, samples)
+    common = {"split_file": split_file, "cameras": cameras, "workers": workers}
+    if grids or not planners:
+        _grids(shards, grids or opened, settings, form, pictures, common)
+    if grids and planners:
         click.echo()
-    if planning:
-        _plans(shards, planning, form, pictures, **common)
+    if planners:
+        _plans(shards, planners, settings, form, pictures, common)
 
 
-def _by_stage(shards: Path, runs: tuple[Path, ...]) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
-    """Runs that predict grids, and planners; others are left out with a note, unless there are only those."""
-    if not runs:
-        return (), ()
+def open_runs(paths: tuple[Path, ...]) -> list[Run]:
+    """The runs, opened once; torch is needed only if there are any."""
+    if not paths:
+        return []
     from .extras import require_train
 
     require_train()
-    from ogmkit.evaluation.entrants import by_stage
+    from ogmkit.learn.inference import open_run
 
-    stages = by_stage(runs)
-    if not (stages.perceiving or stages.planning):
-        return stages.untabled, ()  # `evaluate` says what to do instead
-    for path in stages.untabled:
-        click.echo(
-            f"{path}: predicts homographies, which have no table; left out. "
-            f"`ogmkit predict homography {shards} --checkpoint {path}` shows their errors",
-            err=True,
-        )
-    return stages.perceiving, stages.planning
+    return [open_run(path) for path in paths]
+
+
+def _tabled(shards: Path, runs: list[Run]) -> list[Run]:
+    """Runs that have a table; others are left out with a note, unless there are only those."""
+    tabled = [run for run in runs if run.output != "homography"]
+    if not tabled:
+        return runs  # `evaluate` says what to do instead
+    for run in runs:
+        if run not in tabled:
+            click.echo(
+                f"{run.path}: predicts homographies, which have no table; left out. "
+                f"`ogmkit predict homography {shards} --checkpoint {run.path}` shows their errors",
+                err=True,
+            )
+    return tabled
 
 
 def _grids(
     shards: Path,
-    runs: tuple[Path, ...],
+    runs: list[Run],
+    settings: EvaluateSettings,
     form: str,
     pictures: Path | None,
-    **settings: Any,  # noqa: ANN401  # of `evaluate`
+    common: dict[str, Any],
 ) -> None:
     """The first table."""
     from ogmkit.evaluation.evaluate import evaluate
 
     with progress(None, "frames", "evaluate") as advance:
-        evaluation = evaluate(shards, runs, **settings, on_progress=advance)
+        evaluation = evaluate(shards, runs, settings, **common, on_progress=advance)
     click.echo(_written(evaluation, form), nl=False)
     if pictures is not None:
         from ogmkit.pictures.evaluation_sheet import draw_evaluation
@@ -182,16 +202,17 @@ def _grids(
 
 def _plans(
     shards: Path,
-    runs: tuple[Path, ...],
+    runs: list[Run],
+    settings: EvaluateSettings,
     form: str,
     pictures: Path | None,
-    **settings: Any,  # noqa: ANN401  # of `evaluate_plans`
+    common: dict[str, Any],
 ) -> None:
     """The second table."""
     from ogmkit.evaluation.planning.evaluate import evaluate_plans
 
     with progress(None, "sequences", "evaluate plans") as advance:
-        evaluation = evaluate_plans(shards, runs, **settings, on_progress=advance)
+        evaluation = evaluate_plans(shards, runs, settings, **common, on_progress=advance)
     click.echo(_written(evaluation, form), nl=False)
     if pictures is not None:
         from ogmkit.pictures.planning_sheet import draw_plans

@@ -3,31 +3,26 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from ogmkit.errors import SettingsError
 from ogmkit.evaluation.baselines import ALL_DRIVABLE, MEAN_MAP, Ceilings
 from ogmkit.evaluation.bootstrap import interval_notes
-from ogmkit.evaluation.entrants import Entrant, open_entrants, predictions
+from ogmkit.evaluation.entrants import Entrant, entrants_of
 from ogmkit.evaluation.progress import Progress, spread, ticker
 from ogmkit.evaluation.result import Evaluation
+from ogmkit.evaluation.runs import OpenRun
 from ogmkit.evaluation.scope import TRAINING, Scope, scope_of
 from ogmkit.evaluation.scoring import Scored, Scorer
+from ogmkit.evaluation.settings import EvaluateSettings
 
 
 def evaluate(
     shards: Path,
-    runs: Sequence[Path] = (),
+    runs: Sequence[OpenRun] = (),
+    settings: EvaluateSettings | None = None,
     *,
-    split: str = "val",
     split_file: Path | None = None,
-    homography: str | None = None,
-    ceilings: Sequence[str] | None = None,
     cameras: Sequence[str] = (),
-    threshold: float = 0.5,
-    scale: float = 2.0,
-    batch_size: int = 8,
+    ceilings: Sequence[str] | None = None,
     workers: int = 0,
-    limit: int | None = None,
-    samples: int = 0,
     on_progress: Progress | None = None,
 ) -> Evaluation:
     """Evaluate runs on a split of a folder of shards, beside rows that need no run.
@@ -36,64 +31,59 @@ def evaluate(
 
     Args:
         shards: a folder that an extraction finished.
-        runs: RUN folders, or checkpoints, of systems that predict grids; torch is needed only if there are
-            any.
-        split: the split to evaluate on; the mean map comes from `train`.
+        runs: of systems that predict grids, as `ogmkit.learn.inference.open_run` gives them.
+        settings: how they are scored; the mean map comes from the split `train`.
         split_file: a JSON file of split → scene names instead of the manifest's splits.
-        homography: the source that masks in camera view are warped by; by default `network` if all shards
-            have it, else `surface`.
+        cameras: channels; none means all.
         ceilings: the sources that get a row of true footprints warped by them; None means all that all
             shards have.
-        cameras: channels; none means all.
-        threshold: what probabilities must exceed, from 0 and below 1.
-        scale: image size / mask size of the ceilings.
-        batch_size: frames predicted at a time.
         workers: processes that read for the networks.
-        limit: frames of each split at most, evenly spread.
-        samples: predictions of each run to keep, of evenly spread frames.
         on_progress: called with (frames done, frames in all), each frame counted once a pass.
 
     Raises:
-        SettingsError: a setting is out of range or names something unknown, or a run doesn't fit the shards.
+        SettingsError: a setting names something unknown, or a run doesn't fit the shards.
         TableError: the split file is absent or malformed.
         ShardError: a shard or the manifest is absent, damaged, or lacks something.
         TrainingError: the split has no frame.
-        CheckpointError: a run is absent, damaged, or predicts no grids.
+        CheckpointError: a run predicts no grids, or its weights don't fit.
     """
-    if not 0 <= threshold < 1:
-        raise SettingsError(f"threshold: {threshold:g} is not from 0 and below 1")
+    chosen = settings or EvaluateSettings()
     scope = scope_of(
         shards,
-        split=split,
+        split=chosen.split,
         split_file=split_file,
         cameras=cameras,
-        homography=homography,
+        homography=chosen.homography,
         sources=ceilings,
-        limit=limit,
+        limit=chosen.limit,
     )
     training = 0 if scope.training is None else len(scope.training)
-    warped = Ceilings(scope.sources, scope.homography, scale)
+    warped = Ceilings(scope.sources, scope.homography, chosen.scale)
     fixed = (ALL_DRIVABLE, *((MEAN_MAP,) if training else ()), *warped.names)
-    entrants = open_entrants(runs, scope, fixed) if runs else ()
+    entrants = entrants_of(runs, scope, fixed)
     tick = ticker(on_progress, training + len(scope.index) * (len(entrants) + 1))
-    scorer = Scorer(scope, threshold, tick)
+    scorer = Scorer(scope, chosen.threshold, tick)
     for_free = scorer.fixed(fixed, warped)  # first: it is quick, and finds what is wrong with the shards
-    kept = spread(samples, len(scope.index))
+    kept = spread(chosen.samples, len(scope.index))
     # One after the other: only one network is held at a time.
     scored = [
-        scorer.run(one, predictions(one, scope, batch_size=batch_size, workers=workers, limit=limit), kept)
+        scorer.run(
+            one,
+            one.run.frames(scope.index, scope.homography, batch_size=chosen.batch_size, workers=workers),
+            kept,
+        )
         for one in entrants
     ]
     tallies = (*(one.tally for one in scored), *for_free)
     return Evaluation(
-        split=split,
+        split=chosen.split,
         scenes=len(scope.scenes),
         frames=len(scope.index),
         cameras=scope.index.cameras,
         grid=scope.grid,
         homography=scope.homography,
-        threshold=threshold,
-        scale=scale,
+        threshold=chosen.threshold,
+        scale=chosen.scale,
         systems=tuple(entrant.name for entrant in entrants),
         fixed=fixed,
         figures=tuple(figure for tally in tallies for figure in tally.figures()),

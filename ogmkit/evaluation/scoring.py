@@ -2,7 +2,6 @@
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,14 +11,12 @@ from ogmkit.evaluation.frames import Frame, FrameReader, row
 from ogmkit.evaluation.iou import BevCounter, code_of, count_image, resized, thresholded
 from ogmkit.evaluation.progress import Tick
 from ogmkit.evaluation.result import Sample
+from ogmkit.evaluation.runs import PredictedGrids
 from ogmkit.evaluation.scope import Scope, paths, places
 from ogmkit.evaluation.separation import Neighbours, count_separated, neighbours, vehicle_faces
 from ogmkit.evaluation.tally import Tally
 from ogmkit.learn.data.spec import TARGETS
 from ogmkit.typing import Float32Array, IntArray, UInt8Array
-
-if TYPE_CHECKING:
-    from ogmkit.learn.inference import FramePrediction
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +49,7 @@ class Scorer:
         self._tick = tick
         self._cells = BevCounter(scope.grid)
 
-    def run(self, entrant: Entrant, found: Iterable["FramePrediction"], kept: Collection[int]) -> Scored:
+    def run(self, entrant: Entrant, found: Iterable[PredictedGrids], kept: Collection[int]) -> Scored:
         """Count a run's predictions.
 
         Args:
@@ -70,7 +67,7 @@ class Scorer:
         with FrameReader(paths(self._scope.index)) as reader:
             for number, one in enumerate(found):
                 if one.bev is None:
-                    raise no_grids(entrant.path, entrant.name, self._scope.shards)
+                    raise no_grids(entrant.run.path, entrant.name, self._scope.shards)
                 place = one.scene, one.camera, one.frame
                 frame, bev, image = reader.frame(place), thresholded(one.bev, self._threshold), None
                 if entrant.masks is not None and one.image is not None:

@@ -121,8 +121,12 @@ def checkpoint_file(path: Path) -> Path:
     raise CheckpointError(f"{path}: is no checkpoint and holds none; choose a RUN that `ogmkit train` wrote")
 
 
-def read_checkpoint(path: Path) -> tuple[Card, dict[str, Any]]:
+def read_checkpoint(path: Path, *, mapped: bool = False) -> tuple[Card, dict[str, Any]]:
     """What a checkpoint says of itself, and all of its content, on the CPU.
+
+    Args:
+        path: the file.
+        mapped: leave the weights in the file until they are used: they take no memory before.
 
     Raises:
         CheckpointError: the file is absent, cut short, holds more than weights and plain values, isn't
@@ -131,7 +135,7 @@ def read_checkpoint(path: Path) -> tuple[Card, dict[str, Any]]:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of foreign files; what matters is raised
-            content = torch.load(path, map_location="cpu", weights_only=True)
+            content = torch.load(path, map_location="cpu", weights_only=True, mmap=mapped)
     except OSError as error:
         raise CheckpointError(f"{path}: can't be read ({error.strerror or error}); {AGAIN}") from error
     except (pickle.UnpicklingError, RuntimeError, ValueError, EOFError, KeyError, TypeError) as error:
@@ -157,13 +161,27 @@ def load_system(path: Path) -> tuple[Card, System]:
         CheckpointError: as `read_checkpoint`, or the weights are not this system's.
     """
     card, content = read_checkpoint(path)
+    return card, system_of(path, card, content["state_dict"])
+
+
+def system_of(path: Path, card: Card, weights: Mapping[str, Any]) -> System:
+    """The trained system that a checkpoint's content makes, on the CPU and ready to predict.
+
+    Args:
+        path: the checkpoint, for messages.
+        card: what it says of itself.
+        weights: its `state_dict`.
+
+    Raises:
+        CheckpointError: the weights are not this system's.
+    """
     fresh = card.settings.for_prediction()
     try:
         system = build_system(fresh, card.grid, card.cameras)
-        system.load_state_dict(content["state_dict"])
+        system.load_state_dict(weights)
     except (RuntimeError, SettingsError) as error:
         reason = str(error).splitlines()[0]
         raise CheckpointError(
             f"{path}: its weights are no {card.settings.system} ({reason}); {AGAIN}"
         ) from error
-    return card, system.eval()
+    return system.eval()

@@ -1,7 +1,8 @@
 """Predicting with a trained run: frame by frame, as arrays that need no torch to be read."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -12,11 +13,15 @@ from ogmkit.base.differences import differences
 from ogmkit.errors import CheckpointError, OgmkitError, SettingsError
 from ogmkit.geometry.camera import image_from_resized
 from ogmkit.grid import GridSpec
-from ogmkit.learn.checkpoints import Card, checkpoint_file, load_system
+from ogmkit.learn.catalogue import CATALOGUE, Output
+from ogmkit.learn.checkpoints import Card, checkpoint_file, read_checkpoint, system_of
 from ogmkit.learn.data.frames import FrameDataset
-from ogmkit.learn.data.index import index_frames
+from ogmkit.learn.data.index import FrameIndex
 from ogmkit.learn.data.loader import EpochBatches, loader
+from ogmkit.learn.data.requirements import require_extracted
+from ogmkit.learn.data.spec import SampleSpec
 from ogmkit.learn.perception_settings import ImageTraining
+from ogmkit.learn.plan import PlannedFrame
 from ogmkit.learn.systems.base import Batch, Prediction, System
 from ogmkit.shards.manifest import file_sha256, read_manifest
 from ogmkit.typing import Float32Array, FloatArray
@@ -53,18 +58,37 @@ class Run:
         path: the RUN folder or checkpoint that it was opened by.
         checkpoint: the file itself.
         card: what the checkpoint says of itself.
-        model: the system, on the device that it works on.
+        weights: the checkpoint's, which stay in the file until a network takes them.
     """
 
     path: Path
     checkpoint: Path
     card: Card
-    model: System
+    weights: Mapping[str, Tensor]
+
+    @cached_property
+    def model(self) -> System:
+        """The network, on the device that it works on; built when first asked for.
+
+        Raises:
+            CheckpointError: the weights are not this system's.
+        """
+        device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
+        return system_of(self.checkpoint, self.card, self.weights).to(device)
+
+    def release(self) -> None:
+        """Let the network go; it is built again when asked for."""
+        self.__dict__.pop("model", None)
 
     @property
     def system(self) -> str:
         """The system's name."""
         return self.card.settings.system
+
+    @property
+    def output(self) -> Output:
+        """What the system predicts."""
+        return CATALOGUE[self.system].output
 
     @property
     def name(self) -> str:
@@ -74,7 +98,7 @@ class Run:
     @property
     def masks(self) -> str | None:
         """The set of camera-view masks that its grids come from; None for a system without."""
-        return None if self.model.plans else self.card.settings.masks_learnt
+        return self.card.settings.masks_learnt if self.output == "grids" else None
 
     @property
     def image_size(self) -> tuple[int, int]:
@@ -103,6 +127,46 @@ class Run:
         """The checkpoint's checksum, hexadecimal."""
         return file_sha256(self.checkpoint)
 
+    def warps_by(self, homography: str | None) -> str | None:
+        """The source that a planner warps by: the one asked for, else its own; None if it warps nothing."""
+        own = tuple(self.card.settings.homographies_read.values()) if self.output == "plan" else ()
+        return (homography or own[0]) if own else None
+
+    def frames(
+        self, index: FrameIndex, homography: str | None, *, batch_size: int, workers: int
+    ) -> Iterator["FramePrediction"]:
+        """What the run says of every frame of an index; lets the network go afterwards.
+
+        Args:
+            index: of frames of the run's grid.
+            homography: source that masks in camera view are warped by; None leaves them there.
+            batch_size: frames at a time.
+            workers: processes that read.
+
+        Raises:
+            OgmkitError: as `predict_frames`.
+        """
+        try:
+            spec = self.model.prediction_spec(homography)
+            yield from predict_frames(self, index, spec, batch_size=batch_size, workers=workers)
+        finally:
+            self.release()
+
+    def plans(
+        self, index: FrameIndex, homography: str | None, *, batch_size: int, workers: int
+    ) -> Iterator[PlannedFrame]:
+        """What a planner plans for every sequence of an index; lets the network go afterwards.
+
+        Arguments and errors as of `frames`, and of `ogmkit.learn.plans.inference.predict_plans`.
+        """
+        from ogmkit.learn.plans.inference import predict_plans  # noqa: PLC0415  # it needs Run
+
+        try:
+            spec = self.model.prediction_spec(homography)
+            yield from predict_plans(self, index, spec, batch_size=batch_size, workers=workers)
+        finally:
+            self.release()
+
 
 def open_run(path: Path) -> Run:
     """Open a trained system.
@@ -114,9 +178,8 @@ def open_run(path: Path) -> Run:
         CheckpointError: there is none, or it is damaged or foreign.
     """
     file = checkpoint_file(path)
-    card, model = load_system(file)
-    device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
-    return Run(path, file, card, model.to(device))
+    card, content = read_checkpoint(file, mapped=True)
+    return Run(path, file, card, content["state_dict"])
 
 
 def require_system(run: Run, *systems: str) -> None:
@@ -137,7 +200,7 @@ def require_planner(run: Run) -> None:
     Raises:
         CheckpointError: it plans nothing.
     """
-    if not run.model.plans:
+    if run.output != "plan":
         raise CheckpointError(
             f"{run.path}: is a run of {run.system}, which plans nothing; choose a planner's"
         )
@@ -185,40 +248,40 @@ def require_cameras(run: Run, cameras: Sequence[str]) -> None:
 
 
 def predict_frames(
-    run: Run,
-    shards: Path,
-    scenes: Sequence[str],
-    cameras: Sequence[str],
-    *,
-    homography: str | None,
-    batch_size: int = 8,
-    workers: int = 0,
-    limit: int | None = None,
+    run: Run, index: FrameIndex, spec: SampleSpec, *, batch_size: int = 8, workers: int = 0
 ) -> Iterator[FramePrediction]:
-    """Predict every frame of some scenes, in their order; a frame without a homography has an empty `bev`.
+    """Predict every frame of an index, in order; a frame without a homography has an empty `bev`.
 
     Args:
         run: an opened run.
-        shards: a folder that an extraction finished, of the run's grid.
-        scenes: names.
-        cameras: channels.
-        homography: source that masks in camera view are warped by; None leaves them there.
+        index: of frames of the run's grid.
+        spec: what the run predicts from, as its `model.prediction_spec` says.
         batch_size: frames at a time.
         workers: processes that read.
-        limit: frames at most, evenly spread; None for all.
 
     Raises:
         SettingsError: the grids differ, or the run doesn't know a camera.
         ShardError: the shards lack what the run predicts from.
+        CheckpointError: the weights are not this system's.
     """
-    require_grid(run, shards)
-    require_cameras(run, cameras)
-    spec = run.model.prediction_spec(homography)
-    index = index_frames(shards, scenes, cameras, needs=spec, valid_only=False, limit=limit)
+    require_fitting(run, index, spec)
     dataset = FrameDataset(index, spec)
     batches = EpochBatches(len(dataset), batch_size, seed=0, shuffle=False)
     for batch in loader(dataset, batches, workers=workers):
         yield from _frames(run, dataset, batch)
+
+
+def require_fitting(run: Run, index: FrameIndex, spec: SampleSpec) -> None:
+    """Refuse samples that a run can't predict from.
+
+    Raises:
+        SettingsError: the grids differ, or the run doesn't know a camera.
+        ShardError: images or LiDAR points were not extracted.
+    """
+    shards = index.paths[0].parent
+    require_same_grid(run, index.grid, shards)
+    require_cameras(run, index.cameras)
+    require_extracted(shards, read_manifest(shards), spec)
 
 
 def _frames(run: Run, dataset: FrameDataset, batch: Batch) -> Iterator[FramePrediction]:

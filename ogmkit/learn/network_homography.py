@@ -17,6 +17,7 @@ from ogmkit.homography.result import Homography, finished
 from ogmkit.homography.settings import FitSettings
 from ogmkit.learn.checkpoints import checkpoint_file
 from ogmkit.learn.choices import NETWORK, common_cameras
+from ogmkit.learn.data.index import index_frames
 from ogmkit.learn.data.requirements import require_extracted
 from ogmkit.learn.inference import Run, open_run, predict_frames, require_grid, require_system
 from ogmkit.pipeline.amend import amend
@@ -81,14 +82,9 @@ class NetworkHomography:
         found: list[Homography] = []
         left_out: list[LeftOutErrors] = []
         run = _opened(self.checkpoint, self.sha256)
-        frames = predict_frames(
-            run,
-            shard.path.parent,
-            (shard.scene,),
-            (camera,),
-            homography=None,
-            batch_size=self.batch_size,
-        )
+        spec = run.model.prediction_spec(None)
+        index = index_frames(shard.path.parent, (shard.scene,), (camera,), needs=spec, valid_only=False)
+        frames = predict_frames(run, index, spec, batch_size=self.batch_size)
         for frame in frames:
             if frame.bev_from_image is not None:  # a homography network's is there for every frame
                 geometry = frame_geometry(shard, camera, frame.frame)

@@ -13,6 +13,7 @@ from ogmkit.base.names import unknown
 from ogmkit.errors import SettingsError
 from ogmkit.learn.choices import common_cameras, preferred
 from ogmkit.learn.data.index import FrameIndex, index_frames
+from ogmkit.learn.data.spec import SampleSpec
 from ogmkit.learn.data.splits import split_scenes
 from ogmkit.learn.inference import Run, open_run, predict_frames, require_grid, require_system
 from ogmkit.learn.prediction_files import (
@@ -154,7 +155,7 @@ def predict_shards(
         source = homography or preferred(shards, manifest, cameras[0], schema.HOMOGRAPHY.name)
     spec = run.model.prediction_spec(source)
     index = index_frames(shards, scenes, cameras, needs=spec, valid_only=False, limit=choice.limit)
-    rows = reported(_rows(run, shards, index, source, job), len(index), on_progress)
+    rows = reported(_rows(run, index, spec, job), len(index), on_progress)
     open_folder(job.out)
     if job.form == "png":
         files = sum(len(write_pngs(job.out, row)) for row in rows)
@@ -163,18 +164,10 @@ def predict_shards(
     return PredictionSummary(job.system, source, len(index), files, time.monotonic() - started)
 
 
-def _rows(run: Run, shards: Path, index: FrameIndex, source: str | None, job: PredictionJob) -> Iterator[Row]:
+def _rows(run: Run, index: FrameIndex, spec: SampleSpec, job: PredictionJob) -> Iterator[Row]:
     """The rows of all frames of the index, in its order."""
-    frames = predict_frames(
-        run,
-        shards,
-        index.scenes,
-        index.cameras,
-        homography=source,
-        batch_size=job.batch_size,
-        workers=job.workers,
-        limit=len(index),
-    )
+    frames = predict_frames(run, index, spec, batch_size=job.batch_size, workers=job.workers)
+    source = spec.homography
     paths = dict(zip(index.scenes, index.paths, strict=True))
     for (scene, camera), group in groupby(frames, key=lambda frame: (frame.scene, frame.camera)):
         with Shard(paths[scene]) as shard:

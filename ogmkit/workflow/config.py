@@ -2,12 +2,12 @@
 
 import dataclasses
 import json
-import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from ogmkit.errors import SettingsError
+from ogmkit.evaluation.settings import EvaluateSettings
 from ogmkit.footprints.settings import FootprintSettings
 from ogmkit.homography.settings import FitSettings
 from ogmkit.learn.choices import NETWORK
@@ -53,46 +53,6 @@ class MaskSettings:
 
     scale: float = 2.0
     sets: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class EvaluateSettings:
-    """How trained networks are scored.
-
-    Attributes:
-        split: the split to evaluate on.
-        homography: the source that masks in camera view are warped by, in the first table; None in the file
-            means `network` where one is trained, else `surface`. Planners warp by their own.
-        threshold: what probabilities must exceed to count as predicted, in the first table.
-        scale: image size / mask size of the ceilings' true masks, in the first table.
-        batch_size: frames predicted at a time.
-        limit: frames of each split at most, evenly spread; None for all.
-        samples: frames that the picture of a run shows.
-
-    Raises:
-        SettingsError: a value is out of range.
-    """
-
-    split: str = "val"
-    homography: str | None = None
-    threshold: float = 0.5
-    scale: float = 2.0
-    batch_size: int = 8
-    limit: int | None = None
-    samples: int = 4
-
-    def __post_init__(self) -> None:
-        if not 0 <= self.threshold < 1:
-            raise SettingsError(f"threshold: {self.threshold:g} is not from 0 and below 1")
-        if not (math.isfinite(self.scale) and self.scale > 0):
-            raise SettingsError(f"scale: {self.scale:g} is not a positive number")
-        for name, value, least in (
-            ("batch_size", self.batch_size, 1),
-            ("limit", self.limit, 1),
-            ("samples", self.samples, 0),
-        ):
-            if value is not None and value < least:
-                raise SettingsError(f"{name}: {value} is below {least}")
 
 
 @dataclass(frozen=True)

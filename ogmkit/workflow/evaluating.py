@@ -1,7 +1,7 @@
 """Steps that score what was trained: tables in several formats, and pictures."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
 
@@ -11,10 +11,11 @@ from ogmkit.evaluation.evaluate import evaluate
 from ogmkit.evaluation.planning.evaluate import evaluate_plans
 from ogmkit.evaluation.planning.result import PlanEvaluation
 from ogmkit.evaluation.result import Evaluation
+from ogmkit.evaluation.runs import OpenRun
 from ogmkit.pictures.evaluation_sheet import draw_evaluation
 from ogmkit.pictures.planning_sheet import draw_plans
 from ogmkit.workflow import steps
-from ogmkit.workflow.config import Config
+from ogmkit.workflow.config import Config, Training
 from ogmkit.workflow.steps import Call, Made, first_gone
 
 Write = Callable[[Evaluation | PlanEvaluation], str]
@@ -52,6 +53,12 @@ class _Evaluate:
     def missing(self, files: Sequence[str]) -> str:
         """A table or picture."""
         return first_gone(self.config.out, (*_tables(self.name, self.writers), *files))
+
+    def _opened(self, trainings: Sequence[Training]) -> list[OpenRun]:
+        """What the trainings gave."""
+        from ogmkit.learn.inference import open_run  # noqa: PLC0415  # torch
+
+        return [open_run(self.config.run_folder(one.name)) for one in trainings]
 
     def _kept(self, evaluation: _Evaluated, draw: Draw[_Evaluated], scored: str) -> Made:
         """Write the table, and draw where the configuration asks for it."""
@@ -92,19 +99,13 @@ class EvaluatePerception(_Evaluate):
 
     def run(self, call: Call) -> Made:
         """Score, write and draw."""
-        config, settings = self.config, self.config.evaluate
+        config = self.config
         evaluation = evaluate(
             config.shards,
-            [config.run_folder(one.name) for one in config.grids],
-            split=settings.split,
-            homography=settings.homography,
+            self._opened(config.grids),
+            config.evaluate,
             ceilings=self._ceilings,
-            threshold=settings.threshold,
-            scale=settings.scale,
-            batch_size=settings.batch_size,
             workers=config.readers,
-            limit=settings.limit,
-            samples=settings.samples,
             on_progress=call.advance,
         )
         return self._kept(evaluation, draw_evaluation, f"{evaluation.frames} frames")
@@ -135,15 +136,12 @@ class EvaluatePlanning(_Evaluate):
 
     def run(self, call: Call) -> Made:
         """Score, write and draw; masks are warped by what each planner was trained with."""
-        config, settings = self.config, self.config.evaluate
+        config = self.config
         evaluation = evaluate_plans(
             config.shards,
-            [config.run_folder(one.name) for one in config.planners],
-            split=settings.split,
-            batch_size=settings.batch_size,
+            self._opened(config.planners),
+            replace(config.evaluate, homography=None),
             workers=config.readers,
-            limit=settings.limit,
-            samples=settings.samples,
             on_progress=call.advance,
         )
         return self._kept(evaluation, draw_plans, f"{evaluation.sequences} sequences")

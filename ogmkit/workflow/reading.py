@@ -9,6 +9,7 @@ from typing import Any
 from ogmkit.base.names import unknown
 from ogmkit.base.values import built, converted, field_names, mapping, require_known
 from ogmkit.errors import SettingsError
+from ogmkit.evaluation.settings import EvaluateSettings
 from ogmkit.grid import GridSpec
 from ogmkit.homography.methods import METHODS
 from ogmkit.homography.settings import FitSettings
@@ -17,7 +18,7 @@ from ogmkit.learn.choices import NETWORK, SURFACE
 from ogmkit.pipeline.homography_fit import DEFAULT_METHODS
 from ogmkit.shards.settings import ExtractSettings
 from ogmkit.targets import TargetSettings
-from ogmkit.workflow.config import Config, EvaluateSettings, MaskSettings, Source
+from ogmkit.workflow.config import Config, MaskSettings, Source
 from ogmkit.workflow.trainings import read_trainings
 
 _KEYS = (

@@ -4,24 +4,20 @@ import csv
 import io
 import json
 import re
-import sys
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from ogmkit_cli import extras
+from ogmkit_cli import evaluate as module
 from ogmkit_cli.evaluate import command
 from ogmkit_cli.main import main
 
-from ogmkit.evaluation import entrants
-from ogmkit.evaluation.evaluate import evaluate
 from ogmkit.evaluation.planning import evaluate as planning
 from ogmkit.evaluation.planning.metrics import HORIZONS_S, METRICS, READINGS
 from ogmkit.evaluation.planning.result import PlanEvaluation, PlanFigure, PlanSample
-from ogmkit.learn.data.index import index_frames
-from ogmkit.learn.data.spec import SampleSpec
+from ogmkit.evaluation.settings import EvaluateSettings
 from ogmkit.learn.plan import Plan
 from ogmkit.shards.manifest import read_manifest
 
@@ -47,27 +43,27 @@ def runs(tmp_path, monkeypatch, shards):
     """Two RUN folders of one system that finds nothing."""
     grid = read_manifest(shards).settings.targets.grid
 
-    def open_run(path):
-        return SimpleNamespace(
-            checkpoint=path / "best.ckpt",
-            system="oft",
-            masks=None,
-            grid=grid,
-            cameras=("CAM_FRONT",),
-            model=SimpleNamespace(has_bev=True),
-        )
-
-    def predict_frames(run, shards, scenes, cameras, *, limit, **settings):
-        index = index_frames(shards, scenes, cameras, needs=SampleSpec(), limit=limit)
+    def frames(index, homography, **how):
         for scene, camera, frame in map(index.place, range(len(index))):
             bev = np.zeros((2, *grid.shape), np.float32)
             yield SimpleNamespace(scene=scene, camera=camera, frame=frame, bev=bev, image=None)
 
-    module = ModuleType("ogmkit.learn.inference")
-    module.open_run, module.predict_frames = open_run, predict_frames
-    monkeypatch.setitem(sys.modules, "ogmkit.learn.inference", module)
-    monkeypatch.setattr(extras, "require_train", lambda: None)
-    monkeypatch.setattr(entrants, "by_stage", by_stage)
+    def open_run(path):
+        outputs = {"planner": ("lstm-ed", "plan"), "homography": ("homography", "homography")}
+        system, output = outputs.get(path.name, ("oft", "grids"))
+        return SimpleNamespace(
+            path=path,
+            checkpoint=path / "best.ckpt",
+            system=system,
+            name=system,
+            output=output,
+            masks=None,
+            grid=grid,
+            cameras=("CAM_FRONT",),
+            frames=frames,
+        )
+
+    monkeypatch.setattr(module, "open_runs", lambda paths: [open_run(path) for path in paths])
     paths = tmp_path / "one", tmp_path / "two"
     for path in paths:
         path.mkdir()
@@ -78,11 +74,13 @@ def runs(tmp_path, monkeypatch, shards):
 def planners(tmp_path, monkeypatch, runs):
     """A RUN folder of a planner, whose evaluation is made up; `calls` are what it was evaluated with."""
 
-    def evaluate_plans(shards, paths, *, samples, **settings):
-        planners.calls.append({"shards": shards, "runs": paths, "samples": samples, **settings})
+    def evaluate_plans(shards, runs, settings, **options):
+        planners.calls.append(
+            {"shards": shards, "runs": [run.path for run in runs], **options, **vars(settings)}
+        )
         (scene,) = (entry.scene for entry in read_manifest(shards).split("val"))
         plan = Plan(np.zeros((5, 2)), np.ones((5, 2)), np.zeros(5))
-        names = tuple(path.name for path in paths)
+        names = tuple(run.path.name for run in runs)
         return PlanEvaluation(
             split="val",
             scenes=1,
@@ -98,7 +96,9 @@ def planners(tmp_path, monkeypatch, runs):
                 for reading in READINGS
             ),
             notes=(),
-            samples=tuple(PlanSample(name, (scene, "CAM_FRONT", 1), plan) for name in names * bool(samples)),
+            samples=tuple(
+                PlanSample(name, (scene, "CAM_FRONT", 1), plan) for name in names * bool(settings.samples)
+            ),
         )
 
     monkeypatch.setattr(planning, "evaluate_plans", evaluate_plans)
@@ -106,14 +106,6 @@ def planners(tmp_path, monkeypatch, runs):
     path.mkdir()
     planners = SimpleNamespace(path=path, calls=[])
     return planners
-
-
-def by_stage(paths):
-    """Planners and homographies are called so."""
-    planning = tuple(path for path in paths if path.name.startswith("planner"))
-    untabled = tuple(path for path in paths if path.name.startswith("homography"))
-    others = tuple(path for path in paths if path not in (*planning, *untabled))
-    return entrants.ByStage(others, planning, untabled)
 
 
 def run(*arguments):
@@ -135,9 +127,10 @@ def test_runs_of_homographies_are_left_out_with_a_note(shards, runs, tmp_path):
 
 def test_the_options_have_the_librarys_defaults():
     defaults = {option.name: option.default for option in command.params}
-    library = evaluate.__kwdefaults__
+    library = EvaluateSettings()
     for name in ("split", "threshold", "scale", "batch_size"):
-        assert defaults[name] == library[name]
+        assert defaults[name] == getattr(library, name)
+    assert library.samples == module.PICTURE_FRAMES
 
 
 def test_the_table_stands_on_stdout_with_a_rule_over_the_fixed_rows(shards, runs):
@@ -244,7 +237,9 @@ def test_planners_get_the_options_of_both_tables(shards, planners):
     call.pop("on_progress")
     assert call == {
         "shards": shards,
-        "runs": (planners.path,),
+        "runs": [planners.path],
+        "threshold": 0.5,
+        "scale": 2.0,
         "samples": 0,
         "split": "val",
         "split_file": None,

@@ -2,16 +2,13 @@
 
 import json
 import shutil
-import sys
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from ogmkit.footprints.settings import FootprintSettings
 from ogmkit.grid import GridSpec
-from ogmkit.learn.data.index import index_frames
-from ogmkit.learn.data.spec import SampleSpec
 from ogmkit.nuscenes.dataset import Dataset
 from ogmkit.pipeline.extract import extract
 from ogmkit.pipeline.homography_fit import fit_shards
@@ -66,43 +63,36 @@ def true_frame():
 
 
 @pytest.fixture
-def fake_runs(tmp_path, monkeypatch):
-    """`fake_runs(name, system, predict, masks=None, …)` makes a RUN; returns its path.
+def fake_runs(tmp_path):
+    """`fake_runs(name, system, predict, masks=None, …)` makes an opened run.
 
     `predict(place)` gives BEV probabilities and, or None, those in camera view.
     """
-    runs = {}
 
-    def open_run(path):
-        return runs[path]
-
-    def predict_frames(run, shards, scenes, cameras, *, homography, batch_size, workers, limit):
-        run.calls.append((homography, batch_size, workers))
-        index = index_frames(shards, scenes, cameras, needs=SampleSpec(), limit=limit)
-        for place in map(index.place, range(len(index))):
-            bev, image = run.predict(place)
-            scene, camera, frame = place
-            yield SimpleNamespace(scene=scene, camera=camera, frame=frame, bev=bev, image=image)
-
-    module = ModuleType("ogmkit.learn.inference")
-    module.open_run, module.predict_frames = open_run, predict_frames
-    monkeypatch.setitem(sys.modules, "ogmkit.learn.inference", module)
-
-    def make(name, system="ved", predict=None, masks=None, grid=GRID, cameras=CAMERAS, has_bev=True):
+    def make(name, system="ved", predict=None, masks=None, grid=GRID, cameras=CAMERAS, output="grids"):
         path = tmp_path / "runs" / name
         path.mkdir(parents=True)
         nothing = np.zeros((2, *grid.shape), np.float32)
-        runs[path] = SimpleNamespace(
+        calls = []
+
+        def frames(index, homography, *, batch_size, workers):
+            calls.append((homography, batch_size, workers))
+            for place in map(index.place, range(len(index))):
+                bev, image = predict(place) if predict else (nothing, None)
+                scene, camera, frame = place
+                yield SimpleNamespace(scene=scene, camera=camera, frame=frame, bev=bev, image=image)
+
+        return SimpleNamespace(
+            path=path,
             checkpoint=path / "best.ckpt",
             system=system,
+            name=system,
+            output=output,
             masks=masks,
             grid=grid,
             cameras=cameras,
-            model=SimpleNamespace(has_bev=has_bev),
-            predict=predict or (lambda place: (nothing, None)),
-            calls=[],
+            frames=frames,
+            calls=calls,
         )
-        return path
 
-    make.opened = runs
     return make

@@ -1,12 +1,10 @@
 """What rows of runs are called."""
 
-import sys
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
 
 import pytest
 
-from ogmkit.evaluation.entrants import by_stage, names_of
+from ogmkit.evaluation.entrants import names_of
 
 RESERVED = ("all-drivable", "mean-map")
 
@@ -47,26 +45,3 @@ def test_relative_paths_are_named_by_what_they_mean(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path / "one")
 
     assert names_of([Path("."), Path("../two")], ("ved", "ved"), ()) == ("one", "two")
-
-
-def test_runs_are_told_apart_by_what_their_checkpoints_say(monkeypatch):
-    def read_checkpoint(file):
-        return SimpleNamespace(settings=SimpleNamespace(system=file.parent.name)), {}
-
-    module = ModuleType("ogmkit.learn.checkpoints")
-    module.checkpoint_file, module.read_checkpoint = (lambda path: path / "best.ckpt"), read_checkpoint
-    monkeypatch.setitem(sys.modules, module.__name__, module)
-    given = paths(
-        "homography", "holistic", "footprints", "lstm-ed", "ved", "holistic-cv", "mid-to-end", "end-to-end"
-    )
-
-    found = by_stage(given)
-    assert [path.name for path in found.untabled] == ["homography"]
-    assert [path.name for path in found.perceiving] == ["footprints", "ved"]
-    assert [path.name for path in found.planning] == [
-        "holistic",
-        "lstm-ed",
-        "holistic-cv",
-        "mid-to-end",
-        "end-to-end",
-    ]

@@ -2,6 +2,7 @@
 
 import re
 import sys
+from dataclasses import fields
 
 import h5py
 import numpy as np
@@ -9,10 +10,20 @@ import pytest
 
 from ogmkit.errors import CheckpointError, OgmkitError, SettingsError
 from ogmkit.evaluation.evaluate import evaluate
+from ogmkit.evaluation.settings import EvaluateSettings
 from ogmkit.grid import GridSpec
 from ogmkit.shards.manifest import read_manifest
 
 TARGETS = ("drivable", "vehicles")
+
+
+SETTINGS = {field.name for field in fields(EvaluateSettings)}
+
+
+def scored(shards, runs=(), **options):
+    """The evaluation, with settings by their names."""
+    settings = {name: options.pop(name) for name in SETTINGS & options.keys()}
+    return evaluate(shards, runs, EvaluateSettings(**{"samples": 0, **settings}), **options)
 
 
 def values(evaluation, system, **wanted):
@@ -49,7 +60,7 @@ def noisy(truth):
 
 
 def test_the_truth_scores_one_everywhere(eval_shards, fake_runs, truth):
-    found = evaluate(eval_shards, [fake_runs("run", "oft", truth)])
+    found = scored(eval_shards, [fake_runs("run", "oft", truth)])
 
     assert found.systems == ("oft",)
     bev = values(found, "oft", view="bev")
@@ -64,7 +75,7 @@ def test_the_truth_scores_one_everywhere(eval_shards, fake_runs, truth):
 def test_a_system_has_28_figures_and_none_in_camera_view_are_values_where_it_predicts_none(
     eval_shards, fake_runs, truth
 ):
-    found = evaluate(eval_shards, [fake_runs("run", "oft", truth)])
+    found = scored(eval_shards, [fake_runs("run", "oft", truth)])
 
     for system in (*found.systems, *found.fixed):
         assert len(values(found, system)) == 28
@@ -73,7 +84,7 @@ def test_a_system_has_28_figures_and_none_in_camera_view_are_values_where_it_pre
 
 def test_figures_are_plain_sums_over_all_frames(eval_shards, fake_runs, noisy, true_frame, both_splits):
     run = fake_runs("run", "oft", noisy)
-    found = values(evaluate(eval_shards, [run], split_file=both_splits, threshold=0.3), "oft")
+    found = values(scored(eval_shards, [run], split_file=both_splits, threshold=0.3), "oft")
 
     # 70 m of 0.5 m cells, the ego on row 136: 50 m ahead is row 36; columns 14 … 53 are within 10 m.
     regions = {region: np.zeros((140, 60), bool) for region in ("full", "close", "far")}
@@ -101,14 +112,14 @@ def test_figures_are_plain_sums_over_all_frames(eval_shards, fake_runs, noisy, t
 
 def test_all_drivable_is_the_same_from_a_run_and_for_free(eval_shards, fake_runs):
     constant = np.stack([np.ones((140, 60)), np.zeros((140, 60))]).astype(np.float32)
-    found = evaluate(eval_shards, [fake_runs("run", "oft", lambda place: (constant, None))])
+    found = scored(eval_shards, [fake_runs("run", "oft", lambda place: (constant, None))])
 
     np.testing.assert_equal(values(found, "oft"), values(found, "all-drivable"))
 
 
 def test_rows_for_free_need_no_run_and_no_torch(eval_shards, monkeypatch):
     monkeypatch.setitem(sys.modules, "torch", None)
-    found = evaluate(eval_shards)
+    found = scored(eval_shards)
 
     assert found.systems == ()
     assert found.fixed == (
@@ -121,7 +132,7 @@ def test_rows_for_free_need_no_run_and_no_torch(eval_shards, monkeypatch):
 
 def test_intervals_span_the_scenes(eval_shards, fake_runs, noisy, both_splits):
     run = fake_runs("run", "oft", noisy)
-    found = evaluate(eval_shards, [run], split_file=both_splits)
+    found = scored(eval_shards, [run], split_file=both_splits)
 
     assert found.scenes == 2
     assert found.fixed[1] == "ceiling-calibration"  # no split to take a mean from
@@ -150,7 +161,7 @@ class TestCameraView:
 
     def test_the_set_itself_scores_one(self, eval_shards, fake_runs, masks):
         run = fake_runs("run", "footprints", masks, masks="surface")
-        found = values(evaluate(eval_shards, [run]), "footprints", view="camera")
+        found = values(scored(eval_shards, [run]), "footprints", view="camera")
 
         assert found == {
             (t, "camera", "full", "all", i): 1.0 for t in TARGETS for i in ("foreground", "mean")
@@ -163,13 +174,13 @@ class TestCameraView:
             group["valid"][2] = False
             for target in TARGETS:
                 group[target][2] = 0
-        found = evaluate(own_shards, [fake_runs("run", "footprints", masks, masks="surface")])
+        found = scored(own_shards, [fake_runs("run", "footprints", masks, masks="surface")])
 
         assert set(values(found, "footprints", view="camera").values()) == {1.0}
         assert found.notes[0].endswith("in camera view; 1 frames have no masks and don't count there")
 
     def test_a_missing_set_leaves_no_figures_and_names_the_command(self, eval_shards, fake_runs, masks):
-        found = evaluate(eval_shards, [fake_runs("run", "footprints", masks, masks="full-body")])
+        found = scored(eval_shards, [fake_runs("run", "footprints", masks, masks="full-body")])
 
         assert np.isnan([*values(found, "footprints", view="camera").values()]).all()
         command = f"ogmkit render-footprints {eval_shards} --method full-body"
@@ -178,19 +189,19 @@ class TestCameraView:
 
 def test_the_homography_is_the_networks_where_all_shards_have_it(own_shards, fake_runs):
     run = fake_runs("run", "footprints", masks="surface")
-    assert evaluate(own_shards, [run]).homography == "surface"
+    assert scored(own_shards, [run]).homography == "surface"
     for path in own_shards.glob("*.h5"):
         with h5py.File(path, "r+") as h5:
             for camera in h5.values():
                 camera.copy("homography/surface", "homography/network")
                 camera["homography/network/valid"][:2] = False
-    found = evaluate(own_shards, [run])
+    found = scored(own_shards, [run])
 
     assert found.homography == "network"
     assert "ceiling-network" in found.fixed
     assert "4 of 16 frames have no valid network homography: predicted empty there" in found.notes
-    assert evaluate(own_shards, [run], homography="calibration").homography == "calibration"
-    assert [call[0] for call in fake_runs.opened[run].calls] == ["surface", "network", "calibration"]
+    assert scored(own_shards, [run], homography="calibration").homography == "calibration"
+    assert [call[0] for call in run.calls] == ["surface", "network", "calibration"]
 
 
 def test_ceilings_are_those_that_were_chosen(own_shards):
@@ -198,7 +209,7 @@ def test_ceilings_are_those_that_were_chosen(own_shards):
         with h5py.File(path, "r+") as h5:
             for camera in h5.values():
                 camera["homography/calibration/valid"][:2] = False
-    everything, chosen = evaluate(own_shards), evaluate(own_shards, ceilings=["surface"])
+    everything, chosen = scored(own_shards), scored(own_shards, ceilings=["surface"])
 
     assert chosen.fixed == tuple(name for name in everything.fixed if name != "ceiling-calibration")
     for name in chosen.fixed:
@@ -206,14 +217,14 @@ def test_ceilings_are_those_that_were_chosen(own_shards):
     assert [note for note in everything.notes if note not in chosen.notes] == [
         "4 of 16 frames have no valid calibration homography: predicted empty there"
     ]
-    assert evaluate(own_shards, ceilings=[]).fixed == ("all-drivable", "mean-map", "ceiling-full-body")
+    assert scored(own_shards, ceilings=[]).fixed == ("all-drivable", "mean-map", "ceiling-full-body")
     with pytest.raises(SettingsError, match=r"have homography 'dlt' \(all have calibration, surface\)"):
-        evaluate(own_shards, ceilings=["dlt"])
+        scored(own_shards, ceilings=["dlt"])
 
 
 def test_samples_are_spread_and_thresholded(eval_shards, fake_runs, noisy):
     run = fake_runs("run", "oft", noisy)
-    found = evaluate(eval_shards, [run], threshold=0.4, samples=2)
+    found = scored(eval_shards, [run], threshold=0.4, samples=2)
 
     places = [(one.system, *one.place[1:]) for one in found.samples]
     assert places == [("oft", "CAM_BACK", 4), ("oft", "CAM_FRONT", 4)]
@@ -223,20 +234,20 @@ def test_samples_are_spread_and_thresholded(eval_shards, fake_runs, noisy):
 
 
 def test_a_limit_may_leave_a_camera_without_a_mean_map(eval_shards):
-    found = evaluate(eval_shards, limit=1)
+    found = scored(eval_shards, limit=1)
 
     assert (found.frames, found.scenes) == (1, 1)
     assert "mean-map" in found.fixed
 
 
 def test_a_mean_map_of_the_same_scenes_is_told(eval_shards):
-    assert "mean-map has seen scenes of this split" in evaluate(eval_shards, split="train").notes
+    assert "mean-map has seen scenes of this split" in scored(eval_shards, split="train").notes
 
 
 def test_limit_camera_and_progress(eval_shards, fake_runs):
     calls = []
     run = fake_runs("run")
-    found = evaluate(
+    found = scored(
         eval_shards, [run], cameras=("CAM_BACK",), limit=3, on_progress=lambda *one: calls.append(one)
     )
 
@@ -251,13 +262,13 @@ def test_limit_camera_and_progress(eval_shards, fake_runs):
         ({"threshold": 1.0}, "threshold: 1 is not from 0 and below 1"),
         ({"homography": "dlt"}, "'dlt' (all have calibration, surface); run `ogmkit homography-fit"),
         ({"cameras": ("CAM_FROND",)}, "CAM_FRONT"),
-        ({"limit": 0}, "limit: 0 frames"),
+        ({"limit": 0}, "limit: 0 is below 1"),
         ({"scale": 0.0}, "scale: 0 is not a positive number"),
     ],
 )
 def test_bad_settings_are_named_in_one_line(eval_shards, settings, message):
     with pytest.raises(OgmkitError, match=re.escape(message)) as caught:
-        evaluate(eval_shards, **settings)
+        scored(eval_shards, **settings)
     assert "\n" not in str(caught.value)
 
 
@@ -265,7 +276,7 @@ def test_an_empty_split_is_named_with_its_file(eval_shards, tmp_path):
     path = tmp_path / "splits.json"
     path.write_text('{"val": ["scene-9999"]}')
     with pytest.raises(SettingsError, match=f"{path}: split 'val' has none of the scenes of {eval_shards}"):
-        evaluate(eval_shards, split_file=path)
+        scored(eval_shards, split_file=path)
 
 
 @pytest.mark.parametrize(
@@ -278,7 +289,7 @@ def test_an_empty_split_is_named_with_its_file(eval_shards, tmp_path):
         ),
         ({"cameras": ("CAM_FRONT",)}, SettingsError, "trained without CAM_BACK; choose --camera CAM_FRONT"),
         (
-            {"system": "homography", "has_bev": False},
+            {"system": "homography", "output": "homography"},
             CheckpointError,
             "`ogmkit predict homography {shards} --checkpoint {run}`",
         ),
@@ -287,16 +298,16 @@ def test_an_empty_split_is_named_with_its_file(eval_shards, tmp_path):
 )
 def test_runs_that_do_not_fit_are_named(eval_shards, fake_runs, options, kind, message):
     run = fake_runs("run", **options)
-    with pytest.raises(kind, match=re.escape(message.format(shards=eval_shards, run=run))) as caught:
-        evaluate(eval_shards, [run])
-    assert str(caught.value).startswith(f"{run}: ")
+    with pytest.raises(kind, match=re.escape(message.format(shards=eval_shards, run=run.path))) as caught:
+        scored(eval_shards, [run])
+    assert str(caught.value).startswith(f"{run.path}: ")
 
 
 def test_a_run_counts_once(eval_shards, fake_runs):
     one, two = fake_runs("one"), fake_runs("two")
-    fake_runs.opened[two].checkpoint = fake_runs.opened[one].checkpoint
-    with pytest.raises(SettingsError, match=f"{two}: is the same checkpoint as {one}"):
-        evaluate(eval_shards, [one, two])
+    two.checkpoint = one.checkpoint
+    with pytest.raises(SettingsError, match=f"{two.path}: is the same checkpoint as {one.path}"):
+        scored(eval_shards, [one, two])
 
 
 def test_a_run_that_warps_needs_a_homography(own_shards, fake_runs):
@@ -308,5 +319,5 @@ def test_a_run_that_warps_needs_a_homography(own_shards, fake_runs):
     with pytest.raises(
         SettingsError, match="has no homography network or surface; choose --homography calibration"
     ):
-        evaluate(own_shards, [run])
-    assert evaluate(own_shards).fixed == ("all-drivable", "mean-map", "ceiling-calibration")
+        scored(own_shards, [run])
+    assert scored(own_shards).fixed == ("all-drivable", "mean-map", "ceiling-calibration")

@@ -6,11 +6,13 @@ import pytest
 import torch
 
 from ogmkit.errors import CheckpointError, SettingsError
-from ogmkit.evaluation.entrants import by_stage
 from ogmkit.evaluation.planning.evaluate import evaluate_plans
+from ogmkit.evaluation.settings import EvaluateSettings
+from ogmkit.learn.data.index import index_sequences
+from ogmkit.learn.data.spec import SampleSpec
 from ogmkit.learn.inference import open_run
 from ogmkit.learn.plan import Plan
-from ogmkit.learn.plans.inference import predict_plans, require_finite_plan
+from ogmkit.learn.plans.inference import require_finite_plan
 from ogmkit.shards.manifest import read_manifest
 
 CAMERAS = ("CAM_FRONT",)
@@ -33,20 +35,26 @@ def runs(tmp_path_factory, plan_shards, make_run):
 
 
 def test_runs_go_to_the_table_of_their_stage(runs):
-    found = by_stage([*runs.values()])
-    assert found.perceiving == (runs["footprints"],)
-    assert found.planning == (runs["mid-to-end"], runs["holistic"])
-    assert found.untabled == (runs["homography"],)
+    outputs = {name: open_run(path).output for name, path in runs.items()}
+    assert outputs == {
+        "mid-to-end": "plan",
+        "holistic": "plan",
+        "footprints": "grids",
+        "homography": "homography",
+    }
 
 
 def test_figures_are_those_of_the_plans(runs, plan_shards):
-    found = evaluate_plans(plan_shards, [runs["mid-to-end"], runs["holistic"]])
+    found = evaluate_plans(plan_shards, [open_run(runs["mid-to-end"]), open_run(runs["holistic"])])
     assert found.systems == ("mid-to-end-np", "holistic")
     shown = {(one.system, one.metric, one.horizon_s, one.reading): one.value for one in found.figures}
     with h5py.File(plan_shards / "scene-0002.h5") as h5:
         future = h5["CAM_FRONT/trajectory/future"][:]
     for name, system in (("mid-to-end", "mid-to-end-np"), ("holistic", "holistic")):
-        plans = list(predict_plans(open_run(runs[name]), plan_shards, ("scene-0002",), CAMERAS))
+        needs = SampleSpec(trajectory=True)
+        index = index_sequences(plan_shards, ("scene-0002",), CAMERAS, needs=needs, valid_only=False)
+        source = "surface" if name == "holistic" else None
+        plans = list(open_run(runs[name]).plans(index, source, batch_size=8, workers=0))
         errors = np.stack([plan.plan.mean - future[plan.frame, :5] for plan in plans])
         away = np.linalg.norm(errors, axis=-1)
         assert shown[system, "ade", 2.5, "at"] == pytest.approx(away[:, 4].mean())
@@ -57,7 +65,7 @@ def test_figures_are_those_of_the_plans(runs, plan_shards):
 
 def test_a_homography_that_the_shards_lack_is_named_with_its_command(runs, plan_shards):
     with pytest.raises(SettingsError, match="ogmkit predict homography"):
-        evaluate_plans(plan_shards, [runs["holistic"]], homography="network")
+        evaluate_plans(plan_shards, [open_run(runs["holistic"])], EvaluateSettings(homography="network"))
 
 
 def test_a_network_that_gives_no_numbers_is_named(tmp_path, plan_shards, make_run):
@@ -67,7 +75,7 @@ def test_a_network_that_gives_no_numbers_is_named(tmp_path, plan_shards, make_ru
     )
     message = r"best.ckpt: its plan for scene-\d+ CAM_FRONT frame \d+ is not finite"
     with pytest.raises(CheckpointError, match=message):
-        evaluate_plans(plan_shards, [run])
+        evaluate_plans(plan_shards, [open_run(run)])
 
 
 @pytest.mark.parametrize("part", ["mean", "sigma", "rho"])

@@ -7,10 +7,12 @@ from torchmetrics.classification import BinaryJaccardIndex, MulticlassJaccardInd
 
 from ogmkit.evaluation.evaluate import evaluate
 from ogmkit.evaluation.iou import BevCounter, code_of, iou, thresholded
+from ogmkit.evaluation.settings import EvaluateSettings
 from ogmkit.grid import GridSpec
 from ogmkit.learn.catalogue import settings_from_dict
-from ogmkit.learn.data.spec import TARGETS
-from ogmkit.learn.inference import open_run, predict_frames
+from ogmkit.learn.data.index import index_frames
+from ogmkit.learn.data.spec import TARGETS, SampleSpec
+from ogmkit.learn.inference import open_run
 from ogmkit.learn.training import train
 from ogmkit.shards.manifest import read_manifest
 from ogmkit.shards.reader import Shard
@@ -64,13 +66,14 @@ def test_a_trained_run_is_scored_by_what_it_predicts(learn_shards, tmp_path):
         }
     )
     train(settings, learn_shards, tmp_path / "run")
-    evaluation = evaluate(learn_shards, [tmp_path / "run"], threshold=0.45)
+    evaluation = evaluate(learn_shards, [open_run(tmp_path / "run")], EvaluateSettings(threshold=0.45))
 
     run = open_run(tmp_path / "run")
     scene = read_manifest(learn_shards).split("val")[0].scene
     metrics = {(target, view): BinaryJaccardIndex(0.45) for target in TARGETS for view in ("bev", "camera")}
     with Shard(learn_shards / f"{scene}.h5") as shard:
-        for one in predict_frames(run, learn_shards, (scene,), run.cameras, homography="surface"):
+        index = index_frames(learn_shards, (scene,), run.cameras, needs=SampleSpec(), valid_only=False)
+        for one in run.frames(index, "surface", batch_size=8, workers=0):
             for t, target in enumerate(TARGETS):
                 true = shard.dataset(one.camera, target)[one.frame].astype(np.int64)
                 metrics[target, "bev"].update(torch.from_numpy(one.bev[t]), torch.from_numpy(true))

@@ -20,8 +20,10 @@ from ogmkit.errors import (
 )
 from ogmkit.geometry.se3 import inverse, pose_matrix
 from ogmkit.grid import GridSpec
+from ogmkit.learn.data.index import index_frames
+from ogmkit.learn.data.spec import SampleSpec
 from ogmkit.learn.image_predictions import predict_images
-from ogmkit.learn.inference import open_run, predict_frames
+from ogmkit.learn.inference import open_run
 from ogmkit.learn.network_homography import predict_homographies
 from ogmkit.learn.predictions import Choice, PredictionJob, predict_shards
 from ogmkit.shards.manifest import file_sha256
@@ -139,7 +141,8 @@ def test_files_hold_what_is_predicted(tmp_path, learn_shards, runs, system):
     assert (summary.frames, summary.files, told[-1]) == (32, 2, (32, 32))
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"scene-0001.h5", "scene-0002.h5"}
     source = "surface" if system == "footprints" else None
-    found = predict_frames(open_run(runs[system]), learn_shards, SCENES, CAMERAS, homography=source)
+    index = index_frames(learn_shards, SCENES, CAMERAS, needs=SampleSpec(), valid_only=False)
+    found = open_run(runs[system]).frames(index, source, batch_size=8, workers=0)
     for expected in found:
         stored = read(tmp_path / "out" / f"{expected.scene}.h5", expected.camera)
         place = expected.frame
@@ -194,9 +197,8 @@ def test_pictures_hold_probabilities(tmp_path, learn_shards, runs):
     }
     assert {path.name for path in (tmp_path / "out").iterdir()} == names
     assert summary.files == 4
-    (expected,) = predict_frames(
-        open_run(runs["footprints"]), learn_shards, SCENES[1:], CAMERAS[:1], homography="surface", limit=1
-    )
+    index = index_frames(learn_shards, SCENES[1:], CAMERAS[:1], needs=SampleSpec(), valid_only=False, limit=1)
+    (expected,) = open_run(runs["footprints"]).frames(index, "surface", batch_size=8, workers=0)
     for channel, target in enumerate(("drivable", "vehicles")):
         path = tmp_path / "out" / f"scene-0002_CAM_BACK_0000_bev_{target}.png"
         pixels = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)

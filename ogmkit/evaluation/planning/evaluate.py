@@ -15,12 +15,14 @@ from ogmkit.evaluation.planning.metrics import (
     own_values,
     scene_sums,
 )
-from ogmkit.evaluation.planning.planners import open_planners, plans_of
+from ogmkit.evaluation.planning.planners import planners_of, plans_of
 from ogmkit.evaluation.planning.plans import Plans, columns_of, points_only
 from ogmkit.evaluation.planning.result import PlanEvaluation, PlanFigure, PlanSample
 from ogmkit.evaluation.planning.sequences import Sequences, sequences_of
 from ogmkit.evaluation.planning.surroundings import surrounding_values
 from ogmkit.evaluation.progress import Progress, Tick, spread, ticker
+from ogmkit.evaluation.runs import OpenRun
+from ogmkit.evaluation.settings import EvaluateSettings
 from ogmkit.learn.plan import Plan
 
 TRUTH = "truth"
@@ -30,16 +32,12 @@ FIXED = (TRUTH, *CONTROLS)
 
 def evaluate_plans(
     shards: Path,
-    runs: Sequence[Path] = (),
+    runs: Sequence[OpenRun] = (),
+    settings: EvaluateSettings | None = None,
     *,
-    split: str = "val",
     split_file: Path | None = None,
-    homography: str | None = None,
     cameras: Sequence[str] = (),
-    batch_size: int = 8,
     workers: int = 0,
-    limit: int | None = None,
-    samples: int = 0,
     on_progress: Progress | None = None,
 ) -> PlanEvaluation:
     """Evaluate planners on a split of a folder of shards, beside controls that need no run.
@@ -49,28 +47,26 @@ def evaluate_plans(
 
     Args:
         shards: a folder that an extraction finished.
-        runs: RUN folders, or checkpoints, of planners; torch is needed only if there are any.
-        split: the split to evaluate on.
+        runs: of planners, as `ogmkit.learn.inference.open_run` gives them.
+        settings: how they are scored; threshold and scale take no part.
         split_file: a JSON file of split → scene names instead of the manifest's splits.
-        homography: the source that masks in camera view are warped by; by default the one that each planner
-            was trained with.
         cameras: channels; none means all.
-        batch_size: sequences planned for at a time.
         workers: processes that read for the networks.
-        limit: sequences at most, evenly spread.
-        samples: plans of each run to keep, of evenly spread sequences.
         on_progress: called with (sequences done, sequences in all), each one counted once a pass.
 
     Raises:
-        SettingsError: a setting is out of range or names something unknown, or a run doesn't fit the shards.
+        SettingsError: a setting names something unknown, or a run doesn't fit the shards.
         TableError: the split file is absent or malformed.
         ShardError: a shard or the manifest is absent, damaged, or lacks something, or a pose is not finite.
         TrainingError: the split has no sequence.
-        CheckpointError: a run is absent, damaged, doesn't plan, or plans what is not finite.
+        CheckpointError: a run doesn't plan, its weights don't fit, or it plans what is not finite.
     """
-    sequences = sequences_of(shards, split=split, split_file=split_file, cameras=cameras, limit=limit)
-    planners = (
-        open_planners(runs, shards, split, sequences, homography=homography, reserved=FIXED) if runs else ()
+    chosen = settings or EvaluateSettings()
+    sequences = sequences_of(
+        shards, split=chosen.split, split_file=split_file, cameras=cameras, limit=chosen.limit
+    )
+    planners = planners_of(
+        runs, shards, chosen.split, sequences, homography=chosen.homography, reserved=FIXED
     )
     passes = 1 + len(planners) + bool(planners)
     tick = ticker(on_progress, passes * len(sequences))
@@ -78,15 +74,13 @@ def evaluate_plans(
     fixed = tuple(_figures(sequences, _fixed_plans(sequences), tick))
     # One after the other: only one network is held at a time.
     planned = {
-        one.name: plans_of(
-            one, shards, sequences, batch_size=batch_size, workers=workers, limit=limit, tick=tick
-        )
+        one.name: plans_of(one, sequences, batch_size=chosen.batch_size, workers=workers, tick=tick)
         for one in planners
     }
     columns = {name: columns_of(plans) for name, plans in planned.items()}
     figures = tuple(_figures(sequences, columns, tick)) if columns else ()
     return PlanEvaluation(
-        split=split,
+        split=chosen.split,
         scenes=sequences.scenes,
         sequences=len(sequences),
         cameras=sequences.index.cameras,
@@ -98,7 +92,7 @@ def evaluate_plans(
             *interval_notes(sequences.scenes),
             *_unbeaten(figures, fixed),
         ),
-        samples=tuple(_samples(sequences, planned, samples)),
+        samples=tuple(_samples(sequences, planned, chosen.samples)),
     )
 
 

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ogmkit.errors import CheckpointError
-from ogmkit.evaluation.entrants import names_of, open_each
+from ogmkit.evaluation.entrants import names_of, require_fitting
 from ogmkit.evaluation.planning.sequences import Sequences
 from ogmkit.evaluation.progress import Tick
+from ogmkit.evaluation.runs import OpenRun
 from ogmkit.evaluation.scope import invalid_homographies, require_homography
 from ogmkit.learn.data.index import SEQUENCE
 from ogmkit.learn.plan import Plan
@@ -19,19 +20,19 @@ class Planner:
 
     Attributes:
         name: in the table.
-        path: its folder or checkpoint.
+        run: opened.
         homography: the source that it warps by; None for a planner that warps nothing.
         note: what to read with its row.
     """
 
     name: str
-    path: Path
+    run: OpenRun
     homography: str | None
     note: str
 
 
-def open_planners(
-    runs: Sequence[Path],
+def planners_of(
+    runs: Sequence[OpenRun],
     shards: Path,
     split: str,
     sequences: Sequences,
@@ -39,10 +40,10 @@ def open_planners(
     homography: str | None,
     reserved: Sequence[str],
 ) -> tuple[Planner, ...]:
-    """Open each run once, check that it can be evaluated, and name it.
+    """Check that runs can be evaluated, and name them.
 
     Args:
-        runs: folders or checkpoints.
+        runs: opened.
         shards: what they are evaluated on.
         split: its split.
         sequences: of the split.
@@ -50,7 +51,7 @@ def open_planners(
         reserved: names of other rows.
 
     Raises:
-        CheckpointError: there is none, it is damaged, or doesn't plan.
+        CheckpointError: one doesn't plan.
         SettingsError: a run is given twice, was trained on another grid or without one of the cameras, or
             not all shards have the homography.
         ShardError: a shard is absent or damaged.
@@ -59,53 +60,34 @@ def open_planners(
     invalid = invalid_homographies(index, SEQUENCE)
     if homography is not None:
         require_homography(shards, split, invalid, homography)
-    names: list[str] = []
+    require_fitting(runs, shards, index.grid, index.cameras)
     sources: list[str | None] = []
-    for path, run in open_each(runs, shards, index.grid, index.cameras):
-        if not run.model.plans:
-            raise CheckpointError(f"{path}: {run.system} plans nothing: `evaluate` scores it")
-        source = run.model.prediction_spec(homography).homography
+    for run in runs:
+        if run.output != "plan":
+            raise CheckpointError(f"{run.path}: {run.system} plans nothing: `evaluate` scores it")
+        source = run.warps_by(homography)
         if source is not None:
             require_homography(shards, split, invalid, source)
-        names.append(run.name)
         sources.append(source)
+    names = names_of([run.path for run in runs], [run.name for run in runs], reserved)
     return tuple(
-        Planner(name, path, source, _note(name, path, source, invalid, len(index)))
-        for name, path, source in zip(names_of(runs, names, reserved), runs, sources, strict=True)
+        Planner(name, run, source, _note(name, run.path, source, invalid, len(index)))
+        for name, run, source in zip(names, runs, sources, strict=True)
     )
 
 
 def plans_of(
-    planner: Planner,
-    shards: Path,
-    sequences: Sequences,
-    *,
-    batch_size: int,
-    workers: int,
-    limit: int | None,
-    tick: Tick,
+    planner: Planner, sequences: Sequences, *, batch_size: int, workers: int, tick: Tick
 ) -> tuple[Plan, ...]:
     """What a run plans for every sequence, in order.
 
     Raises:
         OgmkitError: as `ogmkit.learn.plans.inference.predict_plans`.
     """
-    from ogmkit.learn.inference import open_run  # noqa: PLC0415  # torch only where there are runs
-    from ogmkit.learn.plans.inference import predict_plans  # noqa: PLC0415
-
-    index = sequences.index
     plans: list[Plan] = []
-    for found in predict_plans(
-        open_run(planner.path),
-        shards,
-        index.scenes,
-        index.cameras,
-        homography=planner.homography,
-        batch_size=batch_size,
-        workers=workers,
-        limit=limit,
-    ):
-        plans.append(found.plan)
+    found = planner.run.plans(sequences.index, planner.homography, batch_size=batch_size, workers=workers)
+    for one in found:
+        plans.append(one.plan)
         tick()
     return tuple(plans)
 

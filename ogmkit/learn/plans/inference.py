@@ -1,59 +1,41 @@
 """Planning with a trained run: sequence by sequence, as arrays that need no torch to be read."""
 
-from collections.abc import Iterator, Sequence
-from pathlib import Path
+from collections.abc import Iterator
 
 import numpy as np
 
 from ogmkit.errors import CheckpointError, SettingsError
-from ogmkit.learn.data.index import index_sequences
+from ogmkit.learn.data.index import FrameIndex
 from ogmkit.learn.data.loader import EpochBatches, loader
 from ogmkit.learn.data.sequences import SequenceDataset
-from ogmkit.learn.inference import Run, predict_batch, require_cameras, require_grid, require_planner
+from ogmkit.learn.data.spec import SampleSpec
+from ogmkit.learn.inference import Run, predict_batch, require_fitting, require_planner
 from ogmkit.learn.plan import Plan, PlannedFrame
 from ogmkit.learn.systems.base import Batch, System
 from ogmkit.typing import FloatArray
 
 
 def predict_plans(
-    run: Run,
-    shards: Path,
-    scenes: Sequence[str],
-    cameras: Sequence[str],
-    *,
-    homography: str | None = None,
-    batch_size: int = 8,
-    workers: int = 0,
-    limit: int | None = None,
+    run: Run, index: FrameIndex, spec: SampleSpec, *, batch_size: int = 8, workers: int = 0
 ) -> Iterator[PlannedFrame]:
-    """Plan from every sequence of some scenes that has a valid trajectory and no gap.
+    """Plan from every sequence of an index, in order.
 
     Where one of its images has no valid homography, its masks are warped to nothing.
 
     Args:
         run: of a planner.
-        shards: a folder that an extraction finished.
-        scenes: names.
-        cameras: channels.
-        homography: source that masks are warped by; None is the one that the run was trained with.
+        index: of sequences of the run's grid.
+        spec: what the run plans from, as its `model.prediction_spec` says.
         batch_size: sequences at a time.
         workers: processes that read.
-        limit: sequences at most, evenly spread; None for all.
-
-    Yields:
-        Plans in the order of scenes, cameras and time.
 
     Raises:
         CheckpointError: the run plans nothing, or what is not finite.
         SettingsError: the grids differ, or the run doesn't know a camera.
         ShardError: the shards lack what the run predicts from.
-        TrainingError: there is no such sequence.
     """
     require_planner(run)
-    require_grid(run, shards)
-    require_cameras(run, cameras)
-    spec = run.model.prediction_spec(homography)
-    index = index_sequences(shards, scenes, cameras, needs=spec, valid_only=False, limit=limit)
+    require_fitting(run, index, spec)
     dataset = SequenceDataset(index, spec)
     batches = EpochBatches(len(dataset), batch_size, seed=0, shuffle=False)
     for batch in loader(dataset, batches, workers=workers):

@@ -9,6 +9,7 @@ from ogmkit.errors import SettingsError
 from ogmkit.learn.choices import common_cameras
 from ogmkit.learn.data.index import SEQUENCE, FrameIndex, index_sequences
 from ogmkit.learn.data.poses import require_finite_poses
+from ogmkit.learn.data.spec import SampleSpec
 from ogmkit.learn.inference import Run, open_run, require_grid, require_planner
 from ogmkit.learn.plans.inference import predict_plans
 from ogmkit.learn.plans.objects import PlanJob, PlanObject, PlanStream, plan_object
@@ -83,28 +84,17 @@ def plans_of_shards(
         raise SettingsError(f"{run.path}: {run.name} warps nothing; leave out --homography {homography}")
     index = index_sequences(shards, scenes, cameras, needs=spec, valid_only=False, limit=choice.limit)
     require_finite_poses(index)
-    objects = _objects(job, run, shards, index, spec.homography)
+    objects = _objects(job, run, index, spec)
     return PlanStream(run.name, spec.homography, len(index), reported(objects, len(index), on_progress))
 
 
-def _objects(
-    job: PlanJob, run: Run, shards: Path, index: FrameIndex, homography: str | None
-) -> Iterator[PlanObject]:
+def _objects(job: PlanJob, run: Run, index: FrameIndex, spec: SampleSpec) -> Iterator[PlanObject]:
     """Objects of all sequences of the index, in its order."""
-    plans = predict_plans(
-        run,
-        shards,
-        index.scenes,
-        index.cameras,
-        homography=homography,
-        batch_size=job.batch_size,
-        workers=job.workers,
-        limit=len(index),
-    )
+    plans = predict_plans(run, index, spec, batch_size=job.batch_size, workers=job.workers)
     generator = job.generator()
     paths = dict(zip(index.scenes, index.paths, strict=True))
     for (scene, camera), group in groupby(plans, key=lambda found: (found.scene, found.camera)):
-        known = _read(paths[scene], camera, homography)
+        known = _read(paths[scene], camera, spec.homography)
         for found in group:
             frame = found.frame
             about: dict[str, object] = {

@@ -1,8 +1,7 @@
 """Shards written by plain h5py, of one curve driven twice, and planners that need no torch."""
 
 import json
-import sys
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -10,8 +9,6 @@ import pytest
 
 from ogmkit.geometry.se3 import level_from_global, pose_matrix
 from ogmkit.grid import GridSpec
-from ogmkit.learn.data.index import index_sequences
-from ogmkit.learn.data.spec import SampleSpec
 from ogmkit.learn.plan import Plan
 from ogmkit.shards.manifest import Manifest, ShardEntry, write_manifest
 from ogmkit.shards.settings import ExtractSettings
@@ -129,44 +126,36 @@ def driven():
 
 
 @pytest.fixture
-def fake_planners(tmp_path, monkeypatch):
-    """`fake_planners(folder, name, plan, …)` makes a RUN of a planner; returns its path.
+def fake_planners(tmp_path):
+    """`fake_planners(folder, name, plan, …)` makes an opened run of a planner.
 
     `plan(place)` gives its `Plan`; `warp` is the homography that it was trained with, None for none.
     """
-    runs = {}
 
-    def predict_plans(run, shards, scenes, cameras, *, homography, batch_size, workers, limit):
-        run.calls.append((homography, batch_size, workers))
-        needs = SampleSpec(trajectory=True)
-        index = index_sequences(shards, scenes, cameras, needs=needs, valid_only=False, limit=limit)
-        for place in map(index.place, range(len(index))):
-            scene, camera, frame = place
-            yield SimpleNamespace(scene=scene, camera=camera, frame=frame, plan=run.plan(place))
-
-    inference, planning = ModuleType("ogmkit.learn.inference"), ModuleType("ogmkit.learn.plans.inference")
-    inference.open_run, planning.predict_plans = runs.__getitem__, predict_plans
-    for module in (inference, planning):
-        monkeypatch.setitem(sys.modules, module.__name__, module)
-
-    def make(folder, name="lstm-ed", plan=None, warp=None, grid=GRID, cameras=(CAMERA,), plans=True):
+    def make(folder, name="lstm-ed", plan=None, warp=None, grid=GRID, cameras=(CAMERA,), output="plan"):
         path = tmp_path / "runs" / folder
         path.mkdir(parents=True)
+        standing = Plan(np.zeros((5, 2)), np.ones((5, 2)), np.zeros(5))
+        calls = []
 
-        def prediction_spec(homography):
-            return SampleSpec(homography=warp and (homography or warp), trajectory=True)
+        def plans(index, homography, *, batch_size, workers):
+            calls.append((homography, batch_size, workers))
+            for place in map(index.place, range(len(index))):
+                scene, camera, frame = place
+                planned = plan(place) if plan else standing
+                yield SimpleNamespace(scene=scene, camera=camera, frame=frame, plan=planned)
 
-        runs[path] = SimpleNamespace(
+        return SimpleNamespace(
+            path=path,
             checkpoint=path / "best.ckpt",
             system=name.removesuffix("-np"),
             name=name,
+            output=output,
             grid=grid,
             cameras=cameras,
-            model=SimpleNamespace(plans=plans, prediction_spec=prediction_spec),
-            plan=plan or (lambda place: Plan(np.zeros((5, 2)), np.ones((5, 2)), np.zeros(5))),
-            calls=[],
+            warps_by=lambda homography: warp and (homography or warp),
+            plans=plans,
+            calls=calls,
         )
-        return path
 
-    make.opened = runs
     return make

@@ -3,6 +3,7 @@
 import json
 import math
 import re
+from dataclasses import fields
 
 import h5py
 import numpy as np
@@ -11,8 +12,17 @@ import pytest
 from ogmkit.errors import CheckpointError, OgmkitError, SettingsError
 from ogmkit.evaluation.planning.evaluate import FIXED, evaluate_plans
 from ogmkit.evaluation.planning.metrics import HORIZONS_S, METRICS, READINGS
+from ogmkit.evaluation.settings import EvaluateSettings
 from ogmkit.grid import GridSpec
 from ogmkit.learn.plan import Plan
+
+SETTINGS = {field.name for field in fields(EvaluateSettings)}
+
+
+def scored(shards, runs=(), **options):
+    """The evaluation, with settings by their names."""
+    settings = {name: options.pop(name) for name in SETTINGS & options.keys()}
+    return evaluate_plans(shards, runs, EvaluateSettings(**{"samples": 0, **settings}), **options)
 
 
 def values(evaluation, system, metric):
@@ -39,7 +49,7 @@ def off_by(shards, driven):
 
 
 def test_a_planner_beside_the_rows_for_free(shards, fake_planners, off_by):
-    found = evaluate_plans(shards, [fake_planners("run", plan=off_by(3.0, -4.0))])
+    found = scored(shards, [fake_planners("run", plan=off_by(3.0, -4.0))])
 
     assert (found.split, found.scenes, found.sequences, found.cameras) == ("val", 2, 6, ("CAM_FRONT",))
     assert found.systems == ("lstm-ed",)
@@ -60,7 +70,7 @@ def test_a_planner_beside_the_rows_for_free(shards, fake_planners, off_by):
 
 
 def test_the_truth_has_no_errors_and_no_distribution(shards):
-    found = evaluate_plans(shards)
+    found = scored(shards)
 
     for metric in ("ade", "l1_longitudinal", "l1_lateral", "off_drivable", "in_vehicle"):
         assert set(values(found, "truth", metric).values()) == {0.0}
@@ -70,7 +80,7 @@ def test_the_truth_has_no_errors_and_no_distribution(shards):
 
 
 def test_controls_are_scored_on_the_same_sequences(shards, driven):
-    found = values(evaluate_plans(shards), "straight-line", "ade")
+    found = values(scored(shards), "straight-line", "ade")
 
     errors = []
     for scene in ("scene-0002", "scene-0003"):
@@ -89,7 +99,7 @@ def test_intervals_come_from_scenes(shards, fake_planners, driven):
         error = 1.0 if place[0] == "scene-0002" else 2.0
         return Plan(driven(shards, place)[:5] + np.array([error, 0]), np.ones((5, 2)), np.zeros(5))
 
-    found = evaluate_plans(shards, [fake_planners("run", plan=plan)])
+    found = scored(shards, [fake_planners("run", plan=plan)])
 
     chosen = [one for one in found.figures if (one.system, one.metric) == ("lstm-ed", "ade")]
     for one in chosen:
@@ -101,9 +111,7 @@ def test_one_scene_is_told(shards, tmp_path):
     path = tmp_path / "splits.json"
     path.write_text(json.dumps({"val": ["scene-0003"]}))
 
-    assert evaluate_plans(shards, split_file=path).notes == (
-        "there is one scene only: intervals have no width",
-    )
+    assert scored(shards, split_file=path).notes == ("there is one scene only: intervals have no width",)
 
 
 def test_a_planner_that_does_not_beat_the_controls_is_named(shards, fake_planners, off_by):
@@ -111,7 +119,7 @@ def test_a_planner_that_does_not_beat_the_controls_is_named(shards, fake_planner
         fake_planners("bad", "end-to-end", off_by(50, 0)),
         fake_planners("good", "holistic", off_by(0, 1e-9)),
     ]
-    notes = evaluate_plans(shards, runs).notes
+    notes = scored(shards, runs).notes
 
     assert notes[2:] == (
         "end-to-end does not beat constant-velocity, straight-line, cubic by ADE up to 2.5 s: no result",
@@ -124,10 +132,10 @@ def test_systems_are_named_with_no_past_and_by_their_folder_where_they_share_a_n
         fake_planners("b", "lstm-ed"),
         fake_planners("truth", "lstm-ed"),
     ]
-    found = evaluate_plans(shards, runs)
+    found = scored(shards, runs)
 
     assert found.systems == ("holistic-np", "b", "runs/truth")
-    assert found.notes[0] == f"holistic-np: {runs[0]}"
+    assert found.notes[0] == f"holistic-np: {runs[0].path}"
 
 
 class TestHomographies:
@@ -141,33 +149,33 @@ class TestHomographies:
             for h5 in (one, two):
                 h5["CAM_FRONT/homography/network/valid"] = np.ones(15, bool)
         warps, does_not = fake_planners("warps", "holistic", warp="surface"), fake_planners("does-not")
-        found = evaluate_plans(shards, [warps, does_not], batch_size=3, workers=1)
-        asked = evaluate_plans(shards, [warps, does_not], homography="network")
+        found = scored(shards, [warps, does_not], batch_size=3, workers=1)
+        asked = scored(shards, [warps, does_not], homography="network")
 
-        calls = [fake_planners.opened[run].calls for run in (warps, does_not)]
+        calls = [run.calls for run in (warps, does_not)]
         assert calls == [[("surface", 3, 1), ("network", 8, 0)], [(None, 3, 1), (None, 8, 0)]]
         # Frame 3 has none: it is among the six images of all three sequences of each scene.
         assert found.notes[0] == (
-            f"holistic: {warps}, masks warped by homography surface; 6 of 6 sequences have images without "
-            "one: empty there"
+            f"holistic: {warps.path}, masks warped by homography surface; 6 of 6 sequences have images "
+            "without one: empty there"
         )
         assert asked.notes[:2] == (
-            f"holistic: {warps}, masks warped by homography network",
-            f"lstm-ed: {does_not}",
+            f"holistic: {warps.path}, masks warped by homography network",
+            f"lstm-ed: {does_not.path}",
         )
 
     def test_one_that_is_missing_is_named_with_its_command(self, shards, fake_planners):
         run = fake_planners("run", "holistic", warp="network")
         message = f"'network' (all have surface); run `ogmkit predict homography {shards} --checkpoint RUN`"
         with pytest.raises(SettingsError, match=re.escape(message)):
-            evaluate_plans(shards, [run])
+            scored(shards, [run])
 
-        evaluate_plans(shards, [run], homography="surface")
-        evaluate_plans(shards, [fake_planners("other")])
+        scored(shards, [run], homography="surface")
+        scored(shards, [fake_planners("other")])
 
 
 def test_samples_are_spread_over_the_sequences(shards, fake_planners, off_by):
-    found = evaluate_plans(shards, [fake_planners("run", plan=off_by(1, 0))], samples=2)
+    found = scored(shards, [fake_planners("run", plan=off_by(1, 0))], samples=2)
 
     assert [(one.system, one.place) for one in found.samples] == [
         ("lstm-ed", ("scene-0002", "CAM_FRONT", 7)),
@@ -180,7 +188,7 @@ def test_samples_are_spread_over_the_sequences(shards, fake_planners, off_by):
 def test_limit_and_progress(shards, fake_planners):
     calls = []
     runs = [fake_planners("one"), fake_planners("two")]
-    found = evaluate_plans(shards, runs, limit=2, on_progress=lambda *one: calls.append(one))
+    found = scored(shards, runs, limit=2, on_progress=lambda *one: calls.append(one))
 
     assert found.sequences == 2
     assert calls == [(done, 8) for done in range(1, 9)]  # rows for free, each run's plans, their scoring
@@ -191,12 +199,12 @@ def test_limit_and_progress(shards, fake_planners):
     [
         ({"split": "test"}, "unknown split 'test'"),
         ({"cameras": ("CAM_FROND",)}, "CAM_FRONT"),
-        ({"limit": 0}, "limit: 0 frames"),
+        ({"limit": 0}, "limit: 0 is below 1"),
     ],
 )
 def test_bad_settings_are_named_in_one_line(shards, settings, message):
     with pytest.raises(OgmkitError, match=re.escape(message)) as caught:
-        evaluate_plans(shards, **settings)
+        scored(shards, **settings)
     assert "\n" not in str(caught.value)
 
 
@@ -209,18 +217,18 @@ def test_bad_settings_are_named_in_one_line(shards, settings, message):
             "grid.ego_column is 20 here but 24 there",
         ),
         ({"cameras": ("CAM_BACK",)}, SettingsError, "trained without CAM_FRONT; choose --camera CAM_BACK"),
-        ({"name": "ved", "plans": False}, CheckpointError, "ved plans nothing"),
+        ({"name": "ved", "output": "grids"}, CheckpointError, "ved plans nothing"),
     ],
     ids=["grid", "camera", "no planner"],
 )
 def test_runs_that_do_not_fit_are_named(shards, fake_planners, options, kind, message):
     run = fake_planners("run", **options)
     with pytest.raises(kind, match=re.escape(message)) as caught:
-        evaluate_plans(shards, [run])
-    assert str(caught.value).startswith(f"{run}: ")
+        scored(shards, [run])
+    assert str(caught.value).startswith(f"{run.path}: ")
 
 
 def test_a_run_counts_once(shards, fake_planners):
     run = fake_planners("run")
     with pytest.raises(SettingsError, match="is the same checkpoint as"):
-        evaluate_plans(shards, [run, run])
+        scored(shards, [run, run])

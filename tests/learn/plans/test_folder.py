@@ -11,7 +11,9 @@ import torch
 from ogmkit.errors import CheckpointError, DataFileError, SettingsError, TableError
 from ogmkit.geometry.camera import image_from_ground
 from ogmkit.grid import GridSpec
-from ogmkit.learn.inference import open_run, predict_frames
+from ogmkit.learn.data.index import index_frames
+from ogmkit.learn.data.spec import SampleSpec
+from ogmkit.learn.inference import open_run
 from ogmkit.learn.plans.folder import plan_of_images
 from ogmkit.learn.plans.objects import PlanJob
 from ogmkit.learn.plans.shards import plans_of_shards
@@ -187,7 +189,8 @@ def test_a_network_s_homographies_lead_to_the_plane(
         torch.nn.init.normal_(net.net.layers[-1].weight, std=1.0)
 
     network = make_run(tmp_path / "homography", "homography", GRID, CAMERAS, change)
-    frames = list(predict_frames(open_run(network), plan_shards, [SCENE], CAMERAS, homography=None))
+    index = index_frames(plan_shards, [SCENE], CAMERAS, needs=SampleSpec(), valid_only=False)
+    frames = list(open_run(network).frames(index, None, batch_size=8, workers=0))
     matrices = [frame.bev_from_image.tolist() for frame in frames[FRAME - 5 : FRAME + 1]]
     assert np.isfinite(matrices).all()
     expected = plan(runs["holistic"], known | {"bev_from_image": matrices})

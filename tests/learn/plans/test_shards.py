@@ -8,9 +8,10 @@ import torch
 
 from ogmkit.errors import CheckpointError, OutputError, SettingsError, ShardError, TrainingError
 from ogmkit.grid import GridSpec
+from ogmkit.learn.data.index import index_sequences
+from ogmkit.learn.data.spec import SampleSpec
 from ogmkit.learn.inference import open_run
 from ogmkit.learn.plan import Plan
-from ogmkit.learn.plans.inference import predict_plans
 from ogmkit.learn.plans.objects import PlanJob, drawn, json_list, plan_object, write_list
 from ogmkit.learn.plans.shards import plans_of_shards
 from ogmkit.learn.predictions import Choice
@@ -71,7 +72,10 @@ def test_objects_hold_what_is_planned(plan_shards, runs, system):
     assert stream.name == ("end-to-end-np" if system == "end-to-end" else system)
     assert stream.homography == ("surface" if warped else None)
     assert (stream.count, len(objects), told[-1]) == (8, 8, (8, 8))
-    expected = predict_plans(open_run(runs[system]), plan_shards, SCENES, CAMERAS)
+    run = open_run(runs[system])
+    needs = SampleSpec(trajectory=True)
+    index = index_sequences(plan_shards, SCENES, CAMERAS, needs=needs, valid_only=False)
+    expected = run.plans(index, run.warps_by(None), batch_size=8, workers=0)
     for one, planned in zip(objects, expected, strict=True):
         place = one["scene"], one["camera"], one["frame"]
         assert place == (planned.scene, planned.camera, planned.frame)

@@ -12,7 +12,6 @@ from ogmkit.learn.data.index import index_sequences
 from ogmkit.learn.data.loader import EpochBatches, loader
 from ogmkit.learn.data.sequences import SequenceDataset
 from ogmkit.learn.inference import open_run
-from ogmkit.learn.plans.inference import predict_plans
 from ogmkit.learn.systems.planning import pooled
 from ogmkit.learn.systems.registry import build_system
 from ogmkit.learn.training import train
@@ -161,11 +160,10 @@ def test_plans_are_predicted_in_order_and_alike_in_any_batch(plan_shards, tmp_pa
     grid = read_manifest(plan_shards).settings.targets.grid
     path = make_run(tmp_path / "run", "holistic", grid, CAMERAS, warp="surface")
     run = open_run(path)
+    scenes = ("scene-0002", "scene-0001")
+    index = index_sequences(plan_shards, scenes, CAMERAS, needs=run.model.spec, valid_only=False)
     assert run.name == "holistic"
-    one, many = (
-        list(predict_plans(run, plan_shards, ("scene-0002", "scene-0001"), CAMERAS, batch_size=size))
-        for size in (1, 5)
-    )
+    one, many = (list(run.plans(index, run.warps_by(None), batch_size=size, workers=0)) for size in (1, 5))
     places = [(plan.scene, plan.frame) for plan in many]
     assert places == [(scene, frame) for scene in ("scene-0002", "scene-0001") for frame in range(6, 10)]
     for ours, theirs in zip(one, many, strict=True):
