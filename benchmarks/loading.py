@@ -17,14 +17,14 @@ from tiling import tiled
 from ogmkit.footprints.settings import FootprintSettings
 from ogmkit.learn.data.augment import Augmentation
 from ogmkit.learn.data.frames import FrameDataset
-from ogmkit.learn.data.index import index_frames, index_sequences
 from ogmkit.learn.data.loader import EpochBatches, keep_freed_memory, loader
 from ogmkit.learn.data.sequences import SequenceDataset
-from ogmkit.learn.data.spec import SampleSpec
 from ogmkit.nuscenes.dataset import Dataset
 from ogmkit.pipeline.extract import extract
 from ogmkit.pipeline.homography_fit import fit_shards
 from ogmkit.pipeline.render_footprints import render_footprints
+from ogmkit.samples.index import index_frames, index_sequences
+from ogmkit.samples.spec import SampleSpec
 from ogmkit.shards.settings import ExtractSettings
 from ogmkit.synthetic.build import SynthesisSettings, synthesize
 

@@ -15,8 +15,8 @@ from commands import ogmkit, told, train_all
 from ogmkit.evaluation.evaluate import evaluate
 from ogmkit.evaluation.formats import as_markdown
 from ogmkit.homography.leave_out import RANGES_M, summarise
-from ogmkit.learn.inference import open_run
-from ogmkit.learn.network_homography import measured
+from ogmkit.learn.predict.homographies import measured
+from ogmkit.learn.predict.run import open_run
 from ogmkit.pipeline.geometry import frame_geometry
 from ogmkit.pipeline.homography_summary import read_results
 from ogmkit.shards.manifest import read_manifest

@@ -17,7 +17,7 @@ from ogmkit.evaluation.formats import as_markdown
 from ogmkit.evaluation.planning.evaluate import evaluate_plans
 from ogmkit.evaluation.planning.sequences import sequences_of
 from ogmkit.evaluation.settings import EvaluateSettings
-from ogmkit.learn.inference import open_run
+from ogmkit.learn.predict.run import open_run
 from ogmkit.shards.manifest import read_manifest
 
 CAMERA = "CAM_FRONT"

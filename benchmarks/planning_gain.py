@@ -14,8 +14,8 @@ import numpy as np
 import torch
 from torch import nn
 
-from ogmkit.learn.data.index import index_sequences
-from ogmkit.learn.data.spec import SampleSpec
+from ogmkit.samples.index import index_sequences
+from ogmkit.samples.spec import SampleSpec
 from ogmkit.shards.reader import Shard
 
 CAMERA = "CAM_FRONT"

@@ -4,8 +4,8 @@ from itertools import groupby
 
 import numpy as np
 
-from ogmkit.evaluation.bootstrap import estimate
-from ogmkit.evaluation.planning.controls import cubic
+from ogmkit.metrics.bootstrap import estimate
+from ogmkit.metrics.controls import cubic
 
 PAIRS = (
     ("mid-to-end", "lstm-ed"),

@@ -13,8 +13,8 @@ from torch.utils.flop_counter import FlopCounterMode
 
 from ogmkit.grid import GridSpec
 from ogmkit.learn.catalogue import CATALOGUE
-from ogmkit.learn.data.index import SEQUENCE
 from ogmkit.learn.systems.registry import build_system
+from ogmkit.samples.index import SEQUENCE
 
 FRAMES_OF_TRAINVAL = 28_130
 """Key frames of the 700 scenes of nuScenes' train split."""

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from ogmkit.evaluation.planning.result import PlanEvaluation
     from ogmkit.evaluation.result import Evaluation
     from ogmkit.evaluation.settings import EvaluateSettings
-    from ogmkit.learn.inference import Run
+    from ogmkit.learn.predict.run import Run
 
 ROWS = ("csv", "json")
 """Formats that hold a row a figure: of one table only, since the two have other keys."""
@@ -159,7 +159,7 @@ def open_runs(paths: tuple[Path, ...]) -> list[Run]:
     from .extras import require_train
 
     require_train()
-    from ogmkit.learn.inference import open_run
+    from ogmkit.learn.predict.run import open_run
 
     return [open_run(path) for path in paths]
 

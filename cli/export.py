@@ -29,7 +29,7 @@ def command(run: Path, out: Path, opset: int) -> None:
     """
     require_train()
     require_onnx()
-    from ogmkit.learn.export import export
+    from ogmkit.learn.export.onnx import export
 
     summary = export(run, out, opset=opset)
     height, width = summary.image_size

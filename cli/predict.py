@@ -44,7 +44,7 @@ def homography(
     same command again.
     """
     require_train()
-    from ogmkit.learn.network_homography import predict_homographies
+    from ogmkit.learn.predict.homographies import predict_homographies
 
     with progress(None, "shards", "predict homography") as advance:
         summary = predict_homographies(

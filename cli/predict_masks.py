@@ -16,8 +16,8 @@ from .text import with_number
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ogmkit.learn.prediction_files import Format
-    from ogmkit.learn.predictions import PredictionSummary
+    from ogmkit.learn.predict.files import Format
+    from ogmkit.learn.predict.shards import PredictionSummary
 
 SYSTEMS = {
     "footprints": "Write masks in camera view, and warped to the plane.",
@@ -148,8 +148,8 @@ def _run(
 ) -> None:
     require_fitting(calibration, homography_checkpoint, OF_SHARDS)
     require_train()
-    from ogmkit.learn.image_predictions import predict_images
-    from ogmkit.learn.predictions import Choice, PredictionJob, predict_shards
+    from ogmkit.learn.predict.images import predict_images
+    from ogmkit.learn.predict.shards import Choice, PredictionJob, predict_shards
 
     job = PredictionJob(system, checkpoint, folder, form, batch_size, workers)
     with progress(None, "frames", f"predict {system}") as advance:

@@ -27,7 +27,7 @@ from .text import with_number
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from ogmkit.learn.plans.objects import PlanStream
+    from ogmkit.learn.predict.plans.objects import PlanStream
 
 
 @click.command()
@@ -84,7 +84,7 @@ def plan(source: Path, out: Path | None, calibration: Path | None, **values: Any
     """
     require_fitting(calibration, values["homography_checkpoint"], (*OF_SHARDS, "--batch-size", "--workers"))
     require_train()
-    from ogmkit.learn.plans.objects import json_list, write_list
+    from ogmkit.learn.predict.plans.objects import json_list, write_list
 
     with _bar(out) as advance:
         stream = _stream(source, out, calibration, advance, **values)
@@ -113,10 +113,10 @@ def _stream(
     **chosen: Any,  # noqa: ANN401  # the fields of `Choice`
 ) -> PlanStream:
     from ogmkit.base.atomic import require_outside
-    from ogmkit.learn.plans.folder import plan_of_images
-    from ogmkit.learn.plans.objects import PlanJob
-    from ogmkit.learn.plans.shards import plans_of_shards
-    from ogmkit.learn.predictions import Choice
+    from ogmkit.learn.predict.plans.folder import plan_of_images
+    from ogmkit.learn.predict.plans.objects import PlanJob
+    from ogmkit.learn.predict.plans.shards import plans_of_shards
+    from ogmkit.learn.predict.shards import Choice
 
     job = PlanJob(checkpoint, samples, seed, batch_size, workers)
     if calibration is not None:

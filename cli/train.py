@@ -139,7 +139,7 @@ def _train(
         return
     if run is None:
         raise click.UsageError("Missing option '--out'.")
-    from ogmkit.learn.training import train
+    from ogmkit.learn.training.train import train
 
     with progress(None, "steps", f"train {entry.name}") as advance:
         summary = train(

@@ -15,10 +15,10 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from ogmkit.learn.data.frames import FrameDataset
-from ogmkit.learn.data.index import index_frames
 from ogmkit.learn.data.loader import BatchLoader, EpochBatches, loader
-from ogmkit.learn.data.spec import SampleSpec
-from ogmkit.learn.data.splits import split_scenes
+from ogmkit.samples.index import index_frames
+from ogmkit.samples.spec import SampleSpec
+from ogmkit.samples.splits import split_scenes
 from ogmkit.shards.manifest import read_manifest
 
 

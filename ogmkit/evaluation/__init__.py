@@ -1,1 +1,1 @@
-"""What predictions are worth: numpy in, numbers out."""
+"""Runs, metrics and frames brought together: tables of what predictions are worth."""

@@ -7,11 +7,11 @@ import numpy as np
 
 from ogmkit.errors import ShardError
 from ogmkit.evaluation.frames import Frame, FrameReader, Place
-from ogmkit.evaluation.iou import DRIVABLE, code_of, masks_of, thresholded
 from ogmkit.footprints.settings import FootprintSettings
 from ogmkit.footprints.warp import warp_to_bev
 from ogmkit.geometry.camera import image_from_resized
 from ogmkit.grid import GridSpec
+from ogmkit.metrics.iou import DRIVABLE, code_of, masks_of, thresholded
 from ogmkit.pipeline.footprint_masks import Renderer, renderer
 from ogmkit.shards.reader import REMEDY, Shard
 from ogmkit.typing import IntArray, UInt8Array

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ogmkit.evaluation.baselines import ALL_DRIVABLE, MEAN_MAP, Ceilings
-from ogmkit.evaluation.bootstrap import interval_notes
 from ogmkit.evaluation.entrants import Entrant, entrants_of
 from ogmkit.evaluation.progress import Progress, spread, ticker
 from ogmkit.evaluation.result import Evaluation
@@ -12,6 +11,7 @@ from ogmkit.evaluation.runs import OpenRun
 from ogmkit.evaluation.scope import TRAINING, Scope, scope_of
 from ogmkit.evaluation.scoring import Scored, Scorer
 from ogmkit.evaluation.settings import EvaluateSettings
+from ogmkit.metrics.bootstrap import interval_notes
 
 
 def evaluate(
@@ -31,7 +31,7 @@ def evaluate(
 
     Args:
         shards: a folder that an extraction finished.
-        runs: of systems that predict grids, as `ogmkit.learn.inference.open_run` gives them.
+        runs: of systems that predict grids, as `ogmkit.learn.predict.run.open_run` gives them.
         settings: how they are scored; the mean map comes from the split `train`.
         split_file: a JSON file of split → scene names instead of the manifest's splits.
         cameras: channels; none means all.

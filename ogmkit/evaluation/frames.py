@@ -8,7 +8,7 @@ from typing import Self
 
 import numpy as np
 
-from ogmkit.evaluation.iou import code_of
+from ogmkit.metrics.iou import code_of
 from ogmkit.shards.reader import Shard, damaged
 from ogmkit.typing import UInt8Array
 

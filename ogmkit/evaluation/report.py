@@ -3,12 +3,12 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import fields
 
-from ogmkit.evaluation.iou import CELLS, IOUS
-from ogmkit.evaluation.regions import CLOSE_AHEAD_M, CLOSE_ASIDE_M, REGIONS
 from ogmkit.evaluation.result import Evaluation, Figure, Separation
-from ogmkit.evaluation.separation import MAX_DISTANCE_M
 from ogmkit.evaluation.tables import Report, Table, counted, with_interval
-from ogmkit.learn.data.spec import TARGETS
+from ogmkit.metrics.iou import CELLS, IOUS
+from ogmkit.metrics.regions import CLOSE_AHEAD_M, CLOSE_ASIDE_M, REGIONS
+from ogmkit.metrics.separation import MAX_DISTANCE_M
+from ogmkit.samples.spec import TARGETS
 
 _IOU_NAMES = {"foreground": "foreground IoU", "mean": "mean of foreground and background IoU"}
 _CELL_NAMES = {"all": "all cells", "fov": "cells in the field of view only"}

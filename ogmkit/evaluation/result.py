@@ -36,7 +36,7 @@ class Figure:
 
 @dataclass(frozen=True)
 class Separation:
-    """How often a system's vehicle grid tells neighbouring vehicles apart (`ogmkit.evaluation.separation`).
+    """How often a system's vehicle grid tells neighbouring vehicles apart (`ogmkit.metrics.separation`).
 
     Attributes:
         system: the row of the table.

@@ -1,4 +1,4 @@
-"""What an evaluation needs of a trained run; `ogmkit.learn.inference.Run` is one, and needs torch."""
+"""What an evaluation needs of a trained run; `ogmkit.learn.predict.run.Run` is one, and needs torch."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -6,8 +6,8 @@ from typing import Protocol
 
 from ogmkit.grid import GridSpec
 from ogmkit.learn.catalogue import Output
-from ogmkit.learn.data.index import FrameIndex
-from ogmkit.learn.plan import PlannedFrame
+from ogmkit.metrics.plan import PlannedFrame
+from ogmkit.samples.index import FrameIndex
 from ogmkit.typing import Float32Array
 
 

@@ -10,9 +10,9 @@ from ogmkit.base.names import unknown
 from ogmkit.errors import SettingsError
 from ogmkit.evaluation.frames import Place
 from ogmkit.grid import GridSpec
-from ogmkit.learn.data.index import FrameIndex, index_frames
-from ogmkit.learn.data.spec import SampleSpec
-from ogmkit.learn.data.splits import split_scenes
+from ogmkit.samples.index import FrameIndex, index_frames
+from ogmkit.samples.spec import SampleSpec
+from ogmkit.samples.splits import split_scenes
 from ogmkit.shards import schema
 from ogmkit.shards.manifest import read_manifest
 from ogmkit.shards.reader import H5_ERRORS, Shard, damaged

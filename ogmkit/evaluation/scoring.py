@@ -8,14 +8,14 @@ import numpy as np
 from ogmkit.evaluation.baselines import ALL_DRIVABLE, MEAN_MAP, Ceilings, all_drivable, mean_maps
 from ogmkit.evaluation.entrants import Entrant, no_grids
 from ogmkit.evaluation.frames import Frame, FrameReader, row
-from ogmkit.evaluation.iou import BevCounter, code_of, count_image, resized, thresholded
 from ogmkit.evaluation.progress import Tick
 from ogmkit.evaluation.result import Sample
 from ogmkit.evaluation.runs import PredictedGrids
 from ogmkit.evaluation.scope import Scope, paths, places
-from ogmkit.evaluation.separation import Neighbours, count_separated, neighbours, vehicle_faces
 from ogmkit.evaluation.tally import Tally
-from ogmkit.learn.data.spec import TARGETS
+from ogmkit.metrics.iou import BevCounter, code_of, count_image, resized, thresholded
+from ogmkit.metrics.separation import Neighbours, count_separated, neighbours, vehicle_faces
+from ogmkit.samples.spec import TARGETS
 from ogmkit.typing import Float32Array, IntArray, UInt8Array
 
 
@@ -58,7 +58,7 @@ class Scorer:
             kept: numbers of the frames, in their order, whose predictions are kept.
 
         Raises:
-            OgmkitError: as `ogmkit.learn.inference.predict_frames`.
+            OgmkitError: as `ogmkit.learn.predict.run.predict_frames`.
             ShardError: a shard is damaged.
         """
         tally = Tally(entrant.name, self._scope.scenes)

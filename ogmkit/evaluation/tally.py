@@ -4,12 +4,12 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ogmkit.evaluation.bootstrap import estimate
-from ogmkit.evaluation.iou import BEV_SHAPE, CELLS, IMAGE_SHAPE, IOUS, iou
-from ogmkit.evaluation.regions import REGIONS
 from ogmkit.evaluation.result import Figure, Separation
-from ogmkit.evaluation.separation import COUNTS
-from ogmkit.learn.data.spec import TARGETS
+from ogmkit.metrics.bootstrap import estimate
+from ogmkit.metrics.iou import BEV_SHAPE, CELLS, IMAGE_SHAPE, IOUS, iou
+from ogmkit.metrics.regions import REGIONS
+from ogmkit.metrics.separation import COUNTS
+from ogmkit.samples.spec import TARGETS
 from ogmkit.typing import FloatArray, IntArray
 
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from ogmkit.base.atomic import output_errors, require_outside
 from ogmkit.errors import ShardError
-from ogmkit.evaluation.iou import code_of, masks_of
 from ogmkit.evaluation.result import Evaluation, Sample
 from ogmkit.footprints.settings import FootprintSettings
+from ogmkit.metrics.iou import code_of, masks_of
 from ogmkit.pictures import legend
 from ogmkit.pictures.bev_panel import Plan, draw_plane, plan_for
 from ogmkit.pictures.camera_panel import draw_masks

@@ -8,10 +8,10 @@ from urllib.parse import quote
 import numpy as np
 
 from ogmkit.errors import ShardError
-from ogmkit.evaluation.planning.gaussian import ellipse
 from ogmkit.evaluation.planning.result import PlanEvaluation, PlanSample
 from ogmkit.grid import GridSpec
-from ogmkit.learn.plan import STEPS, Plan
+from ogmkit.metrics.gaussian import ellipse
+from ogmkit.metrics.plan import STEPS, Plan
 from ogmkit.pictures import bev_panel, legend
 from ogmkit.pictures.camera_panel import draw_photo
 from ogmkit.pictures.canvas import PURPLE, YELLOW, Canvas, Colour

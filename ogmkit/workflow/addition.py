@@ -173,7 +173,7 @@ class PredictHomographies:
 
     def run(self, call: Call) -> Made:
         """Predict."""
-        from ogmkit.learn.network_homography import predict_homographies  # noqa: PLC0415  # needs torch
+        from ogmkit.learn.predict.homographies import predict_homographies  # noqa: PLC0415  # needs torch
 
         settle(self.config.shards, PREDICT)
         summary = predict_homographies(

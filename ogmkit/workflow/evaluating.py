@@ -56,7 +56,7 @@ class _Evaluate:
 
     def _opened(self, trainings: Sequence[Training]) -> list[OpenRun]:
         """What the trainings gave."""
-        from ogmkit.learn.inference import open_run  # noqa: PLC0415  # torch
+        from ogmkit.learn.predict.run import open_run  # noqa: PLC0415  # torch
 
         return [open_run(self.config.run_folder(one.name)) for one in trainings]
 

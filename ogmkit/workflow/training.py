@@ -72,7 +72,7 @@ class Train:
     def run(self, call: Call) -> Made:
         """Train, or go on."""
         from ogmkit.learn.checkpoints import checkpoint_file  # noqa: PLC0415  # torch
-        from ogmkit.learn.training import train  # noqa: PLC0415  # torch
+        from ogmkit.learn.training.train import train  # noqa: PLC0415  # torch
 
         run, begun = self.config.run_folder(self.training.name), False
 

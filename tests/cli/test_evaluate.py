@@ -15,10 +15,10 @@ from ogmkit_cli.evaluate import command
 from ogmkit_cli.main import main
 
 from ogmkit.evaluation.planning import evaluate as planning
-from ogmkit.evaluation.planning.metrics import HORIZONS_S, METRICS, READINGS
 from ogmkit.evaluation.planning.result import PlanEvaluation, PlanFigure, PlanSample
 from ogmkit.evaluation.settings import EvaluateSettings
-from ogmkit.learn.plan import Plan
+from ogmkit.metrics.displacement import HORIZONS_S, METRICS, READINGS
+from ogmkit.metrics.plan import Plan
 from ogmkit.shards.manifest import read_manifest
 
 ROWS = ["all-drivable", "mean-map", "ceiling-surface", "ceiling-full-body"]

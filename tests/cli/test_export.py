@@ -10,7 +10,7 @@ pytest.importorskip("onnx", reason="onnx is not installed: pip install 'ogmkit[o
 pytest.importorskip("onnxruntime", reason="onnxruntime is not installed: pip install 'ogmkit[onnx]'")
 
 from ogmkit.grid import GridSpec
-from ogmkit.learn.export import DEFAULT_OPSET
+from ogmkit.learn.export.onnx import DEFAULT_OPSET
 
 GRID = GridSpec(0.5, 60, 40, 60.0, 22.0)
 

@@ -7,8 +7,8 @@ import pytest
 from ogmkit.errors import ShardError
 from ogmkit.evaluation.baselines import Ceilings, mean_maps, on_grid
 from ogmkit.evaluation.frames import FrameReader
-from ogmkit.evaluation.iou import masks_of
 from ogmkit.grid import GridSpec
+from ogmkit.metrics.iou import masks_of
 from ogmkit.pictures.masks import open_sets
 from ogmkit.shards.manifest import read_manifest
 

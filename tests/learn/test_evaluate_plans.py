@@ -8,11 +8,11 @@ import torch
 from ogmkit.errors import CheckpointError, SettingsError
 from ogmkit.evaluation.planning.evaluate import evaluate_plans
 from ogmkit.evaluation.settings import EvaluateSettings
-from ogmkit.learn.data.index import index_sequences
-from ogmkit.learn.data.spec import SampleSpec
-from ogmkit.learn.inference import open_run
-from ogmkit.learn.plan import Plan
-from ogmkit.learn.plans.inference import require_finite_plan
+from ogmkit.learn.predict.plans.inference import require_finite_plan
+from ogmkit.learn.predict.run import open_run
+from ogmkit.metrics.plan import Plan
+from ogmkit.samples.index import index_sequences
+from ogmkit.samples.spec import SampleSpec
 from ogmkit.shards.manifest import read_manifest
 
 CAMERAS = ("CAM_FRONT",)

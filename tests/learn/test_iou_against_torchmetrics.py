@@ -6,14 +6,14 @@ import torch
 from torchmetrics.classification import BinaryJaccardIndex, MulticlassJaccardIndex
 
 from ogmkit.evaluation.evaluate import evaluate
-from ogmkit.evaluation.iou import BevCounter, code_of, iou, thresholded
 from ogmkit.evaluation.settings import EvaluateSettings
 from ogmkit.grid import GridSpec
 from ogmkit.learn.catalogue import settings_from_dict
-from ogmkit.learn.data.index import index_frames
-from ogmkit.learn.data.spec import TARGETS, SampleSpec
-from ogmkit.learn.inference import open_run
-from ogmkit.learn.training import train
+from ogmkit.learn.predict.run import open_run
+from ogmkit.learn.training.train import train
+from ogmkit.metrics.iou import BevCounter, code_of, iou, thresholded
+from ogmkit.samples.index import index_frames
+from ogmkit.samples.spec import TARGETS, SampleSpec
 from ogmkit.shards.manifest import read_manifest
 from ogmkit.shards.reader import Shard
 

@@ -8,7 +8,7 @@ import pytest
 
 from ogmkit.evaluation.planning.result import PlanEvaluation, PlanSample
 from ogmkit.grid import GridSpec
-from ogmkit.learn.plan import Plan
+from ogmkit.metrics.plan import Plan
 from ogmkit.pictures import planning_sheet
 from ogmkit.pictures.bev_panel import FUTURE_COLOUR, PAST_COLOUR
 from ogmkit.pictures.cells import DRIVABLE_COLOUR, GROUND_COLOUR, VEHICLE_COLOUR

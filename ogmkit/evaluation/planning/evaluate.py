@@ -5,9 +5,16 @@ from pathlib import Path
 
 import numpy as np
 
-from ogmkit.evaluation.bootstrap import estimate, interval_notes
-from ogmkit.evaluation.planning.controls import CONTROLS
-from ogmkit.evaluation.planning.metrics import (
+from ogmkit.evaluation.planning.planners import planners_of, plans_of
+from ogmkit.evaluation.planning.result import PlanEvaluation, PlanFigure, PlanSample
+from ogmkit.evaluation.planning.sequences import Sequences, sequences_of
+from ogmkit.evaluation.planning.surroundings import surrounding_values
+from ogmkit.evaluation.progress import Progress, Tick, spread, ticker
+from ogmkit.evaluation.runs import OpenRun
+from ogmkit.evaluation.settings import EvaluateSettings
+from ogmkit.metrics.bootstrap import estimate, interval_notes
+from ogmkit.metrics.controls import CONTROLS
+from ogmkit.metrics.displacement import (
     HORIZONS_S,
     METRICS,
     READINGS,
@@ -15,15 +22,8 @@ from ogmkit.evaluation.planning.metrics import (
     own_values,
     scene_sums,
 )
-from ogmkit.evaluation.planning.planners import planners_of, plans_of
-from ogmkit.evaluation.planning.plans import Plans, columns_of, points_only
-from ogmkit.evaluation.planning.result import PlanEvaluation, PlanFigure, PlanSample
-from ogmkit.evaluation.planning.sequences import Sequences, sequences_of
-from ogmkit.evaluation.planning.surroundings import surrounding_values
-from ogmkit.evaluation.progress import Progress, Tick, spread, ticker
-from ogmkit.evaluation.runs import OpenRun
-from ogmkit.evaluation.settings import EvaluateSettings
-from ogmkit.learn.plan import Plan
+from ogmkit.metrics.plan import Plan
+from ogmkit.metrics.plans import Plans, columns_of, points_only
 
 TRUTH = "truth"
 """The row of what was driven: without errors, but not always on drivable cells."""
@@ -47,7 +47,7 @@ def evaluate_plans(
 
     Args:
         shards: a folder that an extraction finished.
-        runs: of planners, as `ogmkit.learn.inference.open_run` gives them.
+        runs: of planners, as `ogmkit.learn.predict.run.open_run` gives them.
         settings: how they are scored; threshold and scale take no part.
         split_file: a JSON file of split → scene names instead of the manifest's splits.
         cameras: channels; none means all.

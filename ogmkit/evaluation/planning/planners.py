@@ -10,8 +10,8 @@ from ogmkit.evaluation.planning.sequences import Sequences
 from ogmkit.evaluation.progress import Tick
 from ogmkit.evaluation.runs import OpenRun
 from ogmkit.evaluation.scope import invalid_homographies, require_homography
-from ogmkit.learn.data.index import SEQUENCE
-from ogmkit.learn.plan import Plan
+from ogmkit.metrics.plan import Plan
+from ogmkit.samples.index import SEQUENCE
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ def plans_of(
     """What a run plans for every sequence, in order.
 
     Raises:
-        OgmkitError: as `ogmkit.learn.plans.inference.predict_plans`.
+        OgmkitError: as `ogmkit.learn.predict.plans.inference.predict_plans`.
     """
     plans: list[Plan] = []
     found = planner.run.plans(sequences.index, planner.homography, batch_size=batch_size, workers=workers)

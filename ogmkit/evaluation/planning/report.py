@@ -4,9 +4,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import fields
 
 from ogmkit.evaluation.planning.evaluate import TRUTH
-from ogmkit.evaluation.planning.metrics import HORIZONS_S, READINGS
 from ogmkit.evaluation.planning.result import PlanEvaluation, PlanFigure
 from ogmkit.evaluation.tables import Report, Table, counted, with_interval
+from ogmkit.metrics.displacement import HORIZONS_S, READINGS
 
 _ERRORS = {"ade": "ADE", "l1_longitudinal": "L1 longitudinal", "l1_lateral": "L1 lateral"}
 _READING_NAMES = {"at": " at the horizon", "mean": ", mean up to the horizon"}

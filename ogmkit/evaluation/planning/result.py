@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from ogmkit.evaluation.frames import Place
-from ogmkit.learn.plan import Plan
+from ogmkit.metrics.plan import Plan
 
 
 @dataclass(frozen=True)
@@ -12,7 +12,7 @@ class PlanFigure:
 
     Attributes:
         system: the row of the table.
-        metric: a name of `ogmkit.evaluation.planning.metrics.METRICS`; metres, nats, or a share between 0
+        metric: a name of `ogmkit.metrics.displacement.METRICS`; metres, nats, or a share between 0
             and 1.
         horizon_s: seconds from the last image.
         reading: `at` the horizon's point, or `mean` over the points up to it.

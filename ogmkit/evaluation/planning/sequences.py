@@ -9,10 +9,10 @@ import numpy as np
 from ogmkit.errors import ShardError
 from ogmkit.evaluation.scope import by_camera, evaluated_splits
 from ogmkit.frames import STEPS as TRAJECTORY
-from ogmkit.learn.data.index import FrameIndex, index_sequences
-from ogmkit.learn.data.poses import require_finite_poses
-from ogmkit.learn.data.spec import SampleSpec
-from ogmkit.learn.plan import STEPS
+from ogmkit.metrics.plan import STEPS
+from ogmkit.samples.index import FrameIndex, index_sequences
+from ogmkit.samples.poses import require_finite_poses
+from ogmkit.samples.spec import SampleSpec
 from ogmkit.shards.reader import H5_ERRORS, REMEDY, Shard, damaged
 from ogmkit.typing import FloatArray, IntArray
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from ogmkit.errors import SettingsError
 from ogmkit.grid import GridSpec
-from ogmkit.learn.data.arrays import SampleArrays, scaled
 from ogmkit.learn.data.crop import cropped
+from ogmkit.samples.arrays import SampleArrays, scaled
 from ogmkit.typing import FloatArray, UInt8Array
 
 _Part = TypeVar("_Part")

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ogmkit.learn.data.arrays import SampleArrays, scaled
+from ogmkit.samples.arrays import SampleArrays, scaled
 from ogmkit.typing import FloatArray, IntArray, UInt8Array
 
 

@@ -8,14 +8,14 @@ from torch.utils.data import Dataset
 
 from ogmkit.errors import SettingsError
 from ogmkit.grid import GridSpec
-from ogmkit.learn.data.arrays import SampleArrays
 from ogmkit.learn.data.augment import Augmentation
-from ogmkit.learn.data.coarse import coarse_grid
-from ogmkit.learn.data.index import FrameIndex
 from ogmkit.learn.data.pool import ShardPool
-from ogmkit.learn.data.reading import Rows, read_sample
-from ogmkit.learn.data.spec import SampleSpec
 from ogmkit.learn.data.tensors import Sample, per_frame_tensors, trajectory_tensors
+from ogmkit.samples.arrays import SampleArrays
+from ogmkit.samples.coarse import coarse_grid
+from ogmkit.samples.index import FrameIndex
+from ogmkit.samples.reading import Rows, read_sample
+from ogmkit.samples.spec import SampleSpec
 
 
 class FrameDataset(Dataset[Sample]):
@@ -30,7 +30,7 @@ class FrameDataset(Dataset[Sample]):
     - `bev_from_image`: (3, 3) float64 from pixels of `image` to cells of the shard's grid, w > 0 on ground,
       |h33| = 1; NaN where `homography_valid`, () bool, is False.
     - `intrinsics`: (3, 3) float64 of `image`; `level_from_camera`: (4, 4) float64.
-    - `lidar`: (3, R, C) float32 on the own grid (see `ogmkit.learn.data.lidar_image`).
+    - `lidar`: (3, R, C) float32 on the own grid (see `ogmkit.samples.lidar_image`).
     - `past`, `future`: (6, 2) float32 metres, level frame; NaN where missing; `trajectory_valid`: () bool.
     - `camera`: () int64 place among `cameras`; `index`: () int64 place in the dataset; these always.
 

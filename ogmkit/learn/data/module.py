@@ -7,11 +7,11 @@ from lightning import LightningDataModule
 
 from ogmkit.learn.data.augment import Augmentation
 from ogmkit.learn.data.frames import FrameDataset
-from ogmkit.learn.data.index import index_frames, index_sequences
 from ogmkit.learn.data.loader import BatchLoader, EpochBatches, loader
-from ogmkit.learn.data.poses import require_finite_poses
 from ogmkit.learn.data.sequences import SequenceDataset
-from ogmkit.learn.data.spec import SampleSpec
+from ogmkit.samples.index import index_frames, index_sequences
+from ogmkit.samples.poses import require_finite_poses
+from ogmkit.samples.spec import SampleSpec
 
 
 class ShardDataModule(LightningDataModule):

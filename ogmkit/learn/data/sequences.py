@@ -2,10 +2,10 @@
 
 from torch import Tensor
 
-from ogmkit.learn.data.arrays import SampleArrays
 from ogmkit.learn.data.frames import FrameDataset
-from ogmkit.learn.data.index import SEQUENCE
 from ogmkit.learn.data.tensors import per_frame_tensors, positions_tensor, trajectory_tensors
+from ogmkit.samples.arrays import SampleArrays
+from ogmkit.samples.index import SEQUENCE
 
 
 class SequenceDataset(FrameDataset):

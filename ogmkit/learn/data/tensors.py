@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from ogmkit.grid import GridSpec
-from ogmkit.learn.data.arrays import SampleArrays
-from ogmkit.learn.data.coarse import majority
-from ogmkit.learn.data.lidar_image import lidar_image
+from ogmkit.samples.arrays import SampleArrays
+from ogmkit.samples.coarse import majority
+from ogmkit.samples.lidar_image import lidar_image
 from ogmkit.typing import UInt8Array
 
 Sample = dict[str, Tensor]

@@ -5,8 +5,8 @@ from segmentation_models_pytorch.decoders.deeplabv3.decoder import ASPPPooling, 
 from torch import Tensor, nn
 from torch.nn import functional
 
-from ogmkit.learn.data.spec import TARGETS
 from ogmkit.learn.models.encoders import ImageEncoder, padded_size
+from ogmkit.samples.spec import TARGETS
 
 _OUTPUT_STRIDE = 16
 _WIDTH = 256

@@ -11,9 +11,9 @@ from torch.nn import functional
 from torchvision.models.resnet import BasicBlock
 
 from ogmkit.grid import GridSpec
-from ogmkit.learn.data.spec import TARGETS
 from ogmkit.learn.models.encoders import ImageEncoder
 from ogmkit.learn.models.oft_pooling import box_means, integral_image, voxel_boxes, voxel_corners
+from ogmkit.samples.spec import TARGETS
 
 _STAGES = (3, 4, 5)
 """Of the encoder: strides 8, 16 and 32."""

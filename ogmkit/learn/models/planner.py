@@ -5,7 +5,7 @@ from torch import Tensor, nn
 
 from ogmkit.errors import SettingsError
 from ogmkit.learn.models.gaussian import Gaussians, gaussian_of
-from ogmkit.learn.plan import STEPS
+from ogmkit.metrics.plan import STEPS
 
 EMBEDDING = 64
 _PARAMETERS = 5

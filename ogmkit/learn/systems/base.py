@@ -13,9 +13,9 @@ from torch.utils.data import DataLoader
 
 from ogmkit.errors import SettingsError, TrainingError
 from ogmkit.grid import GridSpec
-from ogmkit.learn.data.spec import SampleSpec
 from ogmkit.learn.models.gaussian import Gaussians
 from ogmkit.learn.settings import TrainSettings
+from ogmkit.samples.spec import SampleSpec
 
 Batch = dict[str, Tensor]
 Answer = dict[str, Tensor]

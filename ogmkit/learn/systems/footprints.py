@@ -4,13 +4,13 @@ from torch import Tensor
 
 from ogmkit.errors import SettingsError
 from ogmkit.grid import GridSpec
-from ogmkit.learn.data.spec import SampleSpec
 from ogmkit.learn.models.footprint_net import FootprintNet
 from ogmkit.learn.models.losses import perception_loss
 from ogmkit.learn.models.warp import warp_to_bev
 from ogmkit.learn.perception_settings import FootprintsTraining
 from ogmkit.learn.systems.base import Answer, Batch, Prediction
 from ogmkit.learn.systems.masks import MaskSystem
+from ogmkit.samples.spec import SampleSpec
 
 
 class FootprintSystem(MaskSystem):

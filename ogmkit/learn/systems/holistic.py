@@ -6,7 +6,6 @@ from torch import Tensor
 
 from ogmkit.errors import SettingsError
 from ogmkit.grid import GridSpec
-from ogmkit.learn.data.spec import SampleSpec
 from ogmkit.learn.models.footprint_net import FootprintNet
 from ogmkit.learn.models.losses import perception_loss
 from ogmkit.learn.models.recompute import recompute_blocks
@@ -14,6 +13,7 @@ from ogmkit.learn.models.warp import warp_to_bev
 from ogmkit.learn.planner_settings import HolisticTraining, WarpedTraining
 from ogmkit.learn.systems.base import Answer, Batch, mask_panels
 from ogmkit.learn.systems.planning import PlannerSystem, pooled, pooled_size
+from ogmkit.samples.spec import SampleSpec
 
 
 class _Seeing(PlannerSystem):

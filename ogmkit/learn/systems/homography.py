@@ -10,12 +10,12 @@ from torchmetrics import MeanMetric
 
 from ogmkit.errors import TrainingError
 from ogmkit.grid import GridSpec
-from ogmkit.learn.data.spec import SampleSpec
 from ogmkit.learn.models.homography_code import EntriesCode, FourPointCode, HomographyCode
 from ogmkit.learn.models.homography_net import HomographyNet
 from ogmkit.learn.models.warp import warp_to_bev
 from ogmkit.learn.perception_settings import HomographyTraining
 from ogmkit.learn.systems.base import Answer, Batch, Prediction, System
+from ogmkit.samples.spec import SampleSpec
 
 _CODES: Mapping[str, type[HomographyCode]] = {"entries": EntriesCode, "four-point": FourPointCode}
 _RANGE_M = (5.0, 40.0)

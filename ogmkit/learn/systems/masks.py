@@ -7,9 +7,9 @@ from torch import Tensor
 from torchmetrics.classification import MultilabelJaccardIndex
 
 from ogmkit.grid import GridSpec
-from ogmkit.learn.data.spec import TARGETS
 from ogmkit.learn.settings import TrainSettings
 from ogmkit.learn.systems.base import Answer, Batch, System, mask_panels
+from ogmkit.samples.spec import TARGETS
 
 _UNKNOWN = -1
 

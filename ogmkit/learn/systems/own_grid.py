@@ -4,8 +4,6 @@ import torch
 from torch import Tensor, nn
 
 from ogmkit.grid import GridSpec
-from ogmkit.learn.data.coarse import coarse_grid
-from ogmkit.learn.data.spec import TARGETS, SampleSpec
 from ogmkit.learn.models.footprint_net import FootprintNet
 from ogmkit.learn.models.losses import elbo, perception_loss, summed_perception_loss
 from ogmkit.learn.models.oft import OftNet
@@ -18,6 +16,8 @@ from ogmkit.learn.perception_settings import (
 )
 from ogmkit.learn.systems.base import Answer, Batch, Prediction
 from ogmkit.learn.systems.masks import MaskSystem
+from ogmkit.samples.coarse import coarse_grid
+from ogmkit.samples.spec import TARGETS, SampleSpec
 
 
 class OwnGridSystem(MaskSystem):

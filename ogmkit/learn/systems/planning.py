@@ -10,16 +10,16 @@ from torch.utils.data import DataLoader
 from torchmetrics import MeanMetric
 
 from ogmkit.grid import GridSpec
-from ogmkit.learn.data.index import SEQUENCE
-from ogmkit.learn.data.spec import TARGETS, SampleSpec
 from ogmkit.learn.models.encoders import MULTIPLE_PX, ImageEncoder, padded_size
 from ogmkit.learn.models.gaussian import Gaussians, negative_log_likelihood
 from ogmkit.learn.models.planner import Planner
 from ogmkit.learn.models.recompute import recompute_blocks
-from ogmkit.learn.plan import STEPS
 from ogmkit.learn.planner_settings import EndToEndTraining, MidToEndTraining, PlannerTraining
 from ogmkit.learn.systems.base import Answer, Batch, Prediction, System
 from ogmkit.learn.systems.trajectory_panel import trajectory_panels
+from ogmkit.metrics.plan import STEPS
+from ogmkit.samples.index import SEQUENCE
+from ogmkit.samples.spec import TARGETS, SampleSpec
 
 
 class PlannerSystem(System):

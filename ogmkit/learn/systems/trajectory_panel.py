@@ -3,7 +3,7 @@
 import torch
 from torch import Tensor
 
-from ogmkit.learn.plan import STEPS
+from ogmkit.metrics.plan import STEPS
 
 _AHEAD_M, _BEHIND_M, _ASIDE_M = 45.0, 20.0, 15.0
 _PX_PER_M = 4

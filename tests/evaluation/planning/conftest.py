@@ -9,7 +9,7 @@ import pytest
 
 from ogmkit.geometry.se3 import level_from_global, pose_matrix
 from ogmkit.grid import GridSpec
-from ogmkit.learn.plan import Plan
+from ogmkit.metrics.plan import Plan
 from ogmkit.shards.manifest import Manifest, ShardEntry, write_manifest
 from ogmkit.shards.settings import ExtractSettings
 from ogmkit.targets import TargetSettings

@@ -11,10 +11,10 @@ import pytest
 
 from ogmkit.errors import CheckpointError, OgmkitError, SettingsError
 from ogmkit.evaluation.planning.evaluate import FIXED, evaluate_plans
-from ogmkit.evaluation.planning.metrics import HORIZONS_S, METRICS, READINGS
 from ogmkit.evaluation.settings import EvaluateSettings
 from ogmkit.grid import GridSpec
-from ogmkit.learn.plan import Plan
+from ogmkit.metrics.displacement import HORIZONS_S, METRICS, READINGS
+from ogmkit.metrics.plan import Plan
 
 SETTINGS = {field.name for field in fields(EvaluateSettings)}
 

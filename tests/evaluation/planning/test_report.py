@@ -8,8 +8,8 @@ import math
 import pytest
 
 from ogmkit.evaluation.formats import as_csv, as_json, as_latex, as_markdown, report_of
-from ogmkit.evaluation.planning.metrics import HORIZONS_S, METRICS, READINGS
 from ogmkit.evaluation.planning.result import PlanEvaluation, PlanFigure
+from ogmkit.metrics.displacement import HORIZONS_S, METRICS, READINGS
 
 KEYS = ["system", "metric", "horizon_s", "reading", "value", "low", "high"]
 SYSTEM, TRUTH, CONTROL = "holistic-np", "truth", "cubic"

@@ -11,11 +11,11 @@ from ogmkit.geometry.camera import project
 from ogmkit.geometry.se3 import inverse, transform_points
 from ogmkit.grid import GridSpec
 from ogmkit.homography.projective import apply
-from ogmkit.learn.data.arrays import SampleArrays
 from ogmkit.learn.data.augment import Augmentation, flipped, jittered
 from ogmkit.learn.data.frames import FrameDataset
-from ogmkit.learn.data.index import index_frames
-from ogmkit.learn.data.spec import SampleSpec
+from ogmkit.samples.arrays import SampleArrays
+from ogmkit.samples.index import index_frames
+from ogmkit.samples.spec import SampleSpec
 from ogmkit.shards.reader import Shard
 
 ALL = SampleSpec((30, 64), "calibration", "calibration", 0.5, True, True, True, True)

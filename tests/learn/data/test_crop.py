@@ -5,9 +5,9 @@ from ogmkit.errors import SettingsError
 from ogmkit.footprints.warp import warp_to_bev
 from ogmkit.geometry.camera import project
 from ogmkit.grid import GridSpec
-from ogmkit.learn.data.arrays import SampleArrays
 from ogmkit.learn.data.augment import Augmentation
 from ogmkit.learn.data.crop import cropped
+from ogmkit.samples.arrays import SampleArrays
 
 HEIGHT, WIDTH = 40, 60
 INTRINSICS = np.array([[[50.0, 0.0, 29.0], [0.0, 52.0, 15.0], [0.0, 0.0, 1.0]]])

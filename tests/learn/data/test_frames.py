@@ -12,9 +12,9 @@ from ogmkit.geometry.se3 import inverse, transform_points
 from ogmkit.homography.projective import apply
 from ogmkit.learn.data.augment import Augmentation
 from ogmkit.learn.data.frames import FrameDataset
-from ogmkit.learn.data.index import index_frames
-from ogmkit.learn.data.lidar_image import lidar_image
-from ogmkit.learn.data.spec import SampleSpec
+from ogmkit.samples.index import index_frames
+from ogmkit.samples.lidar_image import lidar_image
+from ogmkit.samples.spec import SampleSpec
 from ogmkit.shards.reader import Shard
 
 SCENES = ("scene-0001", "scene-0002")

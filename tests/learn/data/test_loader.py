@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from ogmkit.errors import DataFileError, SettingsError
 from ogmkit.learn.data.augment import Augmentation
 from ogmkit.learn.data.frames import FrameDataset
-from ogmkit.learn.data.index import index_frames
 from ogmkit.learn.data.loader import EpochBatches, loader
-from ogmkit.learn.data.spec import SampleSpec
+from ogmkit.samples.index import index_frames
+from ogmkit.samples.spec import SampleSpec
 
 
 def batches_of(count=23, batch_size=4, **options):

@@ -8,7 +8,7 @@ import torch
 from ogmkit.errors import TrainingError
 from ogmkit.learn.data.augment import Augmentation
 from ogmkit.learn.data.module import ShardDataModule
-from ogmkit.learn.data.spec import SampleSpec
+from ogmkit.samples.spec import SampleSpec
 
 SPEC = SampleSpec((30, 64), "dlt", bev_cell_m=1.0, bev=True)
 

@@ -5,9 +5,9 @@ import torch
 
 from ogmkit.learn.data.augment import Augmentation
 from ogmkit.learn.data.frames import FrameDataset
-from ogmkit.learn.data.index import index_frames, index_sequences
 from ogmkit.learn.data.sequences import SequenceDataset
-from ogmkit.learn.data.spec import SampleSpec
+from ogmkit.samples.index import index_frames, index_sequences
+from ogmkit.samples.spec import SampleSpec
 
 SCENES = ("scene-0001", "scene-0002")
 ALL = SampleSpec((30, 64), "calibration", "calibration", 1.0, True, True, True, True)

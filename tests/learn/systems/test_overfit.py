@@ -8,13 +8,13 @@ from ogmkit.grid import GridSpec
 from ogmkit.learn.catalogue import CATALOGUE
 from ogmkit.learn.checkpoints import load_system
 from ogmkit.learn.data.frames import FrameDataset
-from ogmkit.learn.data.index import index_frames
 from ogmkit.learn.data.loader import EpochBatches, loader
-from ogmkit.learn.training import train
+from ogmkit.learn.training.train import train
 from ogmkit.nuscenes.dataset import Dataset
 from ogmkit.pipeline.extract import extract
 from ogmkit.pipeline.homography_fit import fit_shards
 from ogmkit.pipeline.render_footprints import render_footprints
+from ogmkit.samples.index import index_frames
 from ogmkit.shards.settings import ExtractSettings
 from ogmkit.synthetic.build import SynthesisSettings, synthesize
 from ogmkit.targets import TargetSettings

@@ -4,10 +4,10 @@ import pytest
 import torch
 
 from ogmkit.learn.catalogue import CATALOGUE
-from ogmkit.learn.data.index import index_sequences
 from ogmkit.learn.data.loader import EpochBatches, loader
 from ogmkit.learn.data.sequences import SequenceDataset
 from ogmkit.learn.systems.registry import build_system
+from ogmkit.samples.index import index_sequences
 from ogmkit.shards.manifest import read_manifest
 
 pytestmark = pytest.mark.slow

@@ -8,13 +8,13 @@ from ogmkit.errors import CheckpointError, SettingsError
 from ogmkit.grid import GridSpec
 from ogmkit.learn.catalogue import CATALOGUE
 from ogmkit.learn.checkpoints import load_system
-from ogmkit.learn.data.index import index_sequences
 from ogmkit.learn.data.loader import EpochBatches, loader
 from ogmkit.learn.data.sequences import SequenceDataset
-from ogmkit.learn.inference import open_run
+from ogmkit.learn.predict.run import open_run
 from ogmkit.learn.systems.planning import pooled
 from ogmkit.learn.systems.registry import build_system
-from ogmkit.learn.training import train
+from ogmkit.learn.training.train import train
+from ogmkit.samples.index import index_sequences
 from ogmkit.shards.manifest import read_manifest
 
 CAMERAS = ("CAM_FRONT",)

@@ -6,11 +6,11 @@ from typing import ClassVar
 import torch
 from torch import nn
 
-from ogmkit.learn.data.spec import TARGETS, SampleSpec
 from ogmkit.learn.models.losses import perception_loss
 from ogmkit.learn.settings import TrainSettings, setting
 from ogmkit.learn.systems.base import Prediction
 from ogmkit.learn.systems.masks import MaskSystem
+from ogmkit.samples.spec import TARGETS, SampleSpec
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,0 +1,202 @@
+"""Samples from a folder of images, or of LiDAR sweeps, that is no shard."""
+
+import struct
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import torch
+from torch.utils.data import Dataset
+
+from ogmkit.base.jpeg import jpeg_size
+from ogmkit.errors import DataFileError
+from ogmkit.geometry.camera import image_from_resized
+from ogmkit.grid import GridSpec
+from ogmkit.homography.result import Homography
+from ogmkit.learn.data.tensors import Sample, per_frame_tensors
+from ogmkit.learn.predict.calibration_file import Calibration
+from ogmkit.raster.lidar import moved_points, read_points
+from ogmkit.samples.arrays import SampleArrays, scaled
+from ogmkit.samples.coarse import coarse_grid
+from ogmkit.samples.images import decode_resized, resized
+from ogmkit.samples.spec import SampleSpec
+from ogmkit.typing import UInt8Array
+
+IMAGES = (".jpg", ".jpeg", ".png")
+SWEEPS = (".pcd.bin",)
+
+_PNG_START, _PNG_END = b"\x89PNG\r\n\x1a\n", b"IEND\xaeB`\x82"
+
+
+class ImageFolder(Dataset[Sample]):
+    """Single inputs as `FrameDataset` gives single frames of shards, for prediction.
+
+    Args:
+        paths: the inputs.
+        calibrations: of each; with what the specification asks for.
+        cameras: channels that samples number; those of the calibrations are among them.
+        grid: the run's.
+        spec: what samples hold.
+        homographies: of each, where the specification asks for them.
+    """
+
+    def __init__(
+        self,
+        paths: Sequence[Path],
+        calibrations: Sequence[Calibration],
+        cameras: tuple[str, ...],
+        grid: GridSpec,
+        spec: SampleSpec,
+        homographies: Sequence[Homography] = (),
+    ) -> None:
+        self._paths = tuple(paths)
+        self._calibrations = tuple(calibrations)
+        self._places = [cameras.index(known.camera or "") for known in calibrations]
+        self._spec = spec
+        self._homographies = tuple(homographies)
+        self._own_grid: GridSpec | None = None
+        self._factor = 1
+        if spec.bev_cell_m is not None:
+            self._own_grid, self._factor = coarse_grid(grid, spec.bev_cell_m)
+
+    def __len__(self) -> int:
+        return len(self._paths)
+
+    def __getitem__(self, key: tuple[int, int]) -> Sample:
+        """Read a sample.
+
+        Args:
+            key: its place, and a seed that is of no account.
+
+        Raises:
+            DataFileError: the input is absent, damaged, or of another size than its calibration's.
+        """
+        i, _ = key
+        sample = per_frame_tensors(self._arrays(i), self._own_grid, self._factor)
+        place = {"camera": torch.tensor(self._places[i]), "index": torch.tensor(i)}
+        return {name: frames[0] for name, frames in sample.items()} | place
+
+    def _arrays(self, i: int) -> SampleArrays:
+        path, known, spec = self._paths[i], self._calibrations[i], self._spec
+        if spec.lidar and known.level_from_lidar is not None:
+            points = moved_points(known.level_from_lidar, read_points(path, "replace it"))
+            return SampleArrays(np.zeros((1, 2), np.int64), points_level=(points,))
+        if spec.image_size is None:
+            return SampleArrays(np.zeros((1, 2), np.int64))
+        homographies = self._homographies[i : i + 1] if spec.homography is not None else ()
+        arrays = image_arrays((path,), (known,), spec.image_size, homographies)
+        if spec.calibration and known.intrinsics is not None and known.level_from_camera is not None:
+            image_from_pixels = image_from_resized(known.image_size, spec.image_size)
+            intrinsics = np.linalg.inv(image_from_pixels) @ known.intrinsics
+            pose = known.level_from_camera[None]
+            return replace(arrays, intrinsics=intrinsics[None], level_from_camera=pose)
+        return arrays
+
+
+def image_arrays(
+    paths: Sequence[Path],
+    calibrations: Sequence[Calibration],
+    size: tuple[int, int],
+    homographies: Sequence[Homography] = (),
+) -> SampleArrays:
+    """Read images, and move their homographies to the resized images' pixels.
+
+    Args:
+        paths: T files.
+        calibrations: T, of each.
+        size: (height, width) of the results.
+        homographies: T, or none.
+
+    Raises:
+        DataFileError: an image is absent, damaged, or of another size than its calibration's.
+    """
+    images = [read_image(path, one.image_size, size) for path, one in zip(paths, calibrations, strict=True)]
+    arrays = SampleArrays(np.tile(size, (len(images), 1)), np.stack(images))
+    if not homographies:
+        return arrays
+    matrices = [
+        scaled(found.bev_from_image @ image_from_resized(known.image_size, size))
+        for found, known in zip(homographies, calibrations, strict=True)
+    ]
+    valid = np.array([found.valid for found in homographies])
+    return replace(arrays, bev_from_image=np.stack(matrices), homography_valid=valid)
+
+
+def inputs_in(folder: Path, endings: tuple[str, ...]) -> tuple[Path, ...]:
+    """The files of a folder that end so, by name.
+
+    Raises:
+        DataFileError: there is none, or two differ in their endings only.
+    """
+    try:
+        found = sorted(path for path in folder.iterdir() if path.name.lower().endswith(endings))
+    except OSError as error:
+        raise DataFileError(f"{folder}: can't be read ({error.strerror}); choose another folder") from error
+    if not found:
+        shown = ", ".join(f"*{ending}" for ending in endings)
+        raise DataFileError(f"{folder}: holds no {shown}; choose another folder")
+    stems: dict[str, Path] = {}
+    for path in found:
+        other = stems.setdefault(stem(path), path)
+        if other is not path:
+            raise DataFileError(f"{path}: differs from {other.name} in its ending only; rename one")
+    return tuple(found)
+
+
+def stem(path: Path) -> str:
+    """An input's name without its ending."""
+    name = path.name
+    ending = next(ending for ending in (*IMAGES, *SWEEPS) if name.lower().endswith(ending))
+    return name[: -len(ending)]
+
+
+def read_image(path: Path, source_size: tuple[int, int], size: tuple[int, int]) -> UInt8Array:
+    """Read a JPEG or PNG and resize it, corners on corners.
+
+    Args:
+        path: the file.
+        source_size: (height, width) that it must have.
+        size: (height, width) of the result.
+
+    Returns:
+        (h, w, 3) uint8 RGB.
+
+    Raises:
+        DataFileError: it is absent, damaged or of another size.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise DataFileError(f"{path}: image can't be read ({error.strerror})") from error
+    is_png = data.startswith(_PNG_START)
+    try:
+        found = png_size(data) if is_png else jpeg_size(data)
+    except ValueError as error:
+        raise DataFileError(f"{path}: is no whole JPEG or PNG ({error}); replace it") from error
+    if found != source_size:
+        raise DataFileError(
+            f"{path}: has {found[1]} × {found[0]} pixels, by its calibration {source_size[1]} × "
+            f"{source_size[0]}; correct image_size"
+        )
+    pixels = np.frombuffer(data, np.uint8)
+    if not is_png:
+        return decode_resized(pixels, source_size, size, str(path))
+    image = cv2.imdecode(pixels, cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
+    if image is None or image.shape[:2] != source_size:
+        raise DataFileError(f"{path}: PNG can't be decoded; replace it")
+    return resized(np.asarray(image, dtype=np.uint8), size)
+
+
+def png_size(data: bytes) -> tuple[int, int]:
+    """(height, width) of a whole PNG, by its header and its end.
+
+    Raises:
+        ValueError: it is cut short.
+    """
+    header = 24
+    if len(data) < header or not data.endswith(_PNG_END):
+        raise ValueError("cut short")
+    width, height = struct.unpack_from(">II", data, 16)
+    return height, width

@@ -1,0 +1,1 @@
+"""Planning with a trained run, from shards or from six images."""

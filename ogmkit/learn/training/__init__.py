@@ -1,0 +1,1 @@
+"""Training a system: the loop, what it saves, what it shows."""

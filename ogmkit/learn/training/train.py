@@ -1,0 +1,230 @@
+"""Training a system on shards: from settings to a folder of checkpoints, figures and pictures."""
+
+import logging
+import time
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import torch
+from lightning.pytorch import Callback, Trainer, seed_everything
+from lightning.pytorch.loggers import TensorBoardLogger
+from lightning.pytorch.utilities import rank_zero_only
+
+from ogmkit.errors import SettingsError, TrainingError
+from ogmkit.learn.checkpoints import AtomicCheckpointIO, Card, read_checkpoint
+from ogmkit.learn.choices import completed
+from ogmkit.learn.data.augment import Augmentation
+from ogmkit.learn.data.module import ShardDataModule
+from ogmkit.learn.perception_settings import ImageTraining
+from ogmkit.learn.runs import LAST, METRICS, SAMPLES, TENSORBOARD, open_folder
+from ogmkit.learn.settings import TrainSettings
+from ogmkit.learn.systems.base import System
+from ogmkit.learn.systems.registry import build_system
+from ogmkit.learn.training.saving import Checkpoints, Interrupted
+from ogmkit.learn.training.warm_start import require_perception, warm_start
+from ogmkit.learn.training.watching import Metrics, Progress, Samples
+from ogmkit.samples.splits import split_scenes
+from ogmkit.shards.manifest import Manifest, read_manifest
+
+
+@dataclass(frozen=True)
+class TrainSummary:
+    """What a training did.
+
+    Attributes:
+        system: its name.
+        frames: that it learnt from; of a planner, sequences.
+        val_frames: that it was scored on.
+        steps: of the optimiser, over all runs.
+        resumed_step: where this run went on; 0 where it began.
+        score_name: of the score.
+        score: the best one; None where there was none.
+        seconds: wall time of this run.
+    """
+
+    system: str
+    frames: int
+    val_frames: int
+    steps: int
+    resumed_step: int
+    score_name: str
+    score: float | None
+    seconds: float
+
+
+def train(
+    settings: TrainSettings,
+    shards: Path,
+    run: Path,
+    *,
+    split_file: Path | None = None,
+    overwrite: bool = False,
+    on_progress: Callable[[int, int], None] | None = None,
+) -> TrainSummary | None:
+    """Train a system, or go on with a training that was cut short.
+
+    Killed at any moment, the same call again goes on from the last checkpoint, with the same batches and the
+    same random numbers: on a CPU the weights come out as of a training that nothing disturbed.
+
+    Args:
+        settings: what to train, and how.
+        shards: a folder that an extraction finished.
+        run: the training's folder.
+        split_file: JSON of split → scenes, instead of the shards' splits.
+        overwrite: begin anew where there is a training already.
+        on_progress: called with (steps done, steps in all).
+
+    Returns:
+        What was done; None in the processes that help the first one, where there are several devices.
+
+    Raises:
+        SettingsError: settings and shards don't go together.
+        ShardError: shards lack what the system learns from, or a split is empty.
+        TrainingError: no frame can be learnt from, or the loss is not finite.
+        OutputError: `run` holds something else, or can't be written.
+        CheckpointError: the checkpoint to go on from is damaged.
+        KeyboardInterrupt: Ctrl-C, after the step was finished and saved.
+    """
+    started = time.monotonic()
+    manifest = read_manifest(shards)
+    full = require_perception(completed(settings, shards, manifest), manifest.settings.targets.grid)
+    scenes = _scenes(full, manifest, split_file)
+    with _quiet():
+        seed_everything(full.seed, verbose=False)
+        system = build_system(full, manifest.settings.targets.grid, full.cameras)
+        data = _data(full, shards, scenes, system)
+        if not _helps():
+            open_folder(run, full, scenes, overwrite=overwrite)
+        saving = _fit(system, data, run, on_progress)
+    if _helps():
+        return None
+    return TrainSummary(
+        system=full.system,
+        frames=len(data.train_set),
+        val_frames=len(data.val_set),
+        steps=saving.step,
+        resumed_step=saving.resumed_step,
+        score_name=system.score_name,
+        score=saving.best,
+        seconds=time.monotonic() - started,
+    )
+
+
+def _scenes(
+    settings: TrainSettings, manifest: Manifest, split_file: Path | None
+) -> dict[str, tuple[str, ...]]:
+    """The scenes of both splits."""
+    splits = split_scenes(manifest, split_file=split_file, ratio=settings.split_ratio, seed=settings.seed)
+    names = (
+        ("train", "val") if settings.split_ratio is not None else (settings.train_split, settings.val_split)
+    )
+    for name in names:
+        if not splits.get(name):
+            known = ", ".join(sorted(split for split, found in splits.items() if found)) or "none"
+            raise TrainingError(
+                f"split {name!r} has no scene among the shards (there is {known}); "
+                "choose others, or divide them by --split-ratio"
+            )
+    shared = set(splits[names[0]]) & set(splits[names[1]])
+    if shared:
+        raise SettingsError(f"scene {min(shared)} is in both splits, {names[0]} and {names[1]}")
+    return {name: splits[name] for name in names}
+
+
+def _data(
+    settings: TrainSettings, shards: Path, scenes: dict[str, tuple[str, ...]], system: System
+) -> ShardDataModule:
+    train_scenes, val_scenes = scenes.values()
+    augmentation = (
+        Augmentation(settings.colour, settings.flip, settings.crop)
+        if isinstance(settings, ImageTraining)
+        else Augmentation(0, settings.flip, 0)
+    )
+    return ShardDataModule(
+        shards,
+        train_scenes,
+        val_scenes,
+        settings.cameras,
+        system.spec,
+        augmentation=None if augmentation == Augmentation(0, 0, 0) else augmentation,
+        batch_size=settings.batch_size,
+        workers=settings.workers,
+        seed=settings.seed,
+        limit_frames=settings.limit_frames,
+        sequences=system.plans,
+    )
+
+
+def _fit(
+    system: System, data: ShardDataModule, run: Path, on_progress: Callable[[int, int], None] | None
+) -> Checkpoints:
+    settings, last, step = system.settings, run / LAST, 0
+    card = Card(settings, system.grid, system.cameras)
+    if last.exists():
+        there, content = read_checkpoint(last)
+        step = int(content["global_step"])
+        card = Card(settings, system.grid, system.cameras, there.epoch, there.batches)
+        data.train_batches.epoch, data.train_batches.skip = card.epoch, card.batches
+    else:
+        warm_start(system)
+        if system.prepare_spec is not None:
+            system.prepare(data.plain_train_dataloader(system.prepare_spec))
+    saving = Checkpoints(run, card, data.train_batches)
+    watching: list[Callback] = [Metrics(run / METRICS), Samples(run / SAMPLES)]
+    if on_progress is not None:
+        watching.append(Progress(on_progress))
+    trainer = _trainer(settings, run, step, [saving, *watching])
+    try:
+        with saving.holding_interrupts():
+            trainer.fit(system, datamodule=data, ckpt_path=last if last.exists() else None)
+    except Interrupted as interrupted:
+        raise KeyboardInterrupt from interrupted
+    return saving
+
+
+def _trainer(settings: TrainSettings, run: Path, step: int, callbacks: list[Callback]) -> Trainer:
+    """Lightning's trainer; a training that goes on does so at `step`."""
+    return Trainer(
+        accelerator="auto" if torch.cuda.is_available() else "cpu",
+        devices=settings.devices or 1,
+        precision=settings.precision,
+        max_epochs=settings.epochs,
+        max_steps=settings.max_steps or -1,
+        accumulate_grad_batches=settings.accumulate,
+        gradient_clip_val=settings.clip_norm or None,
+        num_sanity_val_steps=1,
+        log_every_n_steps=10,
+        logger=TensorBoardLogger(run, name="", version=TENSORBOARD, purge_step=step),
+        callbacks=callbacks,
+        plugins=[AtomicCheckpointIO()],
+        default_root_dir=run,
+        use_distributed_sampler=False,
+        enable_checkpointing=False,
+        enable_progress_bar=False,
+        enable_model_summary=False,
+    )
+
+
+def _helps() -> bool:
+    """Whether this process helps another that trains: Lightning starts one for each further device."""
+    return bool(getattr(rank_zero_only, "rank", 0))
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Lightning's hints are for people who write modules; the library never prints."""
+    names = ("lightning.pytorch", "lightning.fabric", "lightning")
+    levels = {name: logging.getLogger(name).level for name in names}
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", module=r"lightning\..*")
+        warnings.filterwarnings("ignore", message=".*torch.jit.*")
+        for name in names:
+            logging.getLogger(name).setLevel(logging.ERROR)
+        try:
+            yield
+        finally:
+            for name, level in levels.items():
+                logging.getLogger(name).setLevel(level)

@@ -1,0 +1,86 @@
+"""What samples need of a folder of shards, and the commands that make what is missing."""
+
+from pathlib import Path
+
+from ogmkit.errors import ShardError
+from ogmkit.samples.spec import SampleSpec
+from ogmkit.shards import schema
+from ogmkit.shards.crosschecks_added import origin_problem
+from ogmkit.shards.manifest import Manifest
+from ogmkit.shards.reader import H5_ERRORS, REMEDY, Shard, damaged
+from ogmkit.shards.remedies import footprints_command, homography_command
+from ogmkit.typing import BoolArray
+
+
+def require_extracted(out: Path, manifest: Manifest, needs: SampleSpec) -> None:
+    """Check that images and LiDAR points were extracted where they are needed.
+
+    Raises:
+        ShardError: they were not, or images are kept as paths into a dataset that is not there.
+    """
+    settings = manifest.settings.targets
+    again = f"ogmkit extract {manifest.dataroot} {out} --overwrite"
+    if needs.lidar and not settings.lidar:
+        raise ShardError(f"{out}: has no LiDAR points; run `{again} --lidar`")
+    if needs.image_size is None or settings.images == "bytes":
+        return
+    if settings.images == "none":
+        raise ShardError(f"{out}: has no images (--images none); run `{again} --images bytes`")
+    if not Path(manifest.dataroot).is_dir():
+        raise ShardError(
+            f"{out}: its images lie in {manifest.dataroot}, which is absent; bring it back, or extract with "
+            "--images bytes"
+        )
+
+
+def valid_frames(shard: Shard, camera: str, needs: SampleSpec) -> dict[str, BoolArray]:
+    """What needs to be valid → (N,) whether it is, over a camera's frames.
+
+    Raises:
+        ShardError: the shard lacks a homography or a set of masks, or is damaged.
+    """
+    valid: dict[str, BoolArray] = {}
+    try:
+        if needs.homography is not None:
+            _require_homography(shard, camera, needs.homography)
+            valid[f"a valid homography {needs.homography!r}"] = _column(
+                shard, camera, f"{schema.HOMOGRAPHY.name}/{needs.homography}/valid"
+            )
+        if needs.masks is not None:
+            _require_footprints(shard, camera, needs.masks)
+            valid[f"valid footprints {needs.masks!r}"] = _column(
+                shard, camera, f"{schema.FOOTPRINTS.name}/{needs.masks}/valid"
+            )
+        if needs.trajectory:
+            valid["a valid trajectory"] = _column(shard, camera, "trajectory/valid")
+    except H5_ERRORS as error:
+        raise damaged(shard.path, error) from error
+    return valid
+
+
+def _require_homography(shard: Shard, camera: str, source: str) -> None:
+    known = shard.added(camera, schema.HOMOGRAPHY.name)
+    if source not in known:
+        raise ShardError(
+            f"{shard.path}: {camera} has no homography {source!r} (it has {', '.join(known) or 'none'}); "
+            f"run `{homography_command(shard.path.parent, source)}`"
+        )
+
+
+def _require_footprints(shard: Shard, camera: str, name: str) -> None:
+    known = shard.added(camera, schema.FOOTPRINTS.name)
+    if name not in known:
+        raise ShardError(
+            f"{shard.path}: {camera} has no footprints {name!r} (it has {', '.join(known) or 'none'}); "
+            f"run `{footprints_command(shard.path.parent, name)}`"
+        )
+    problem = origin_problem(shard, camera, name)
+    if problem:
+        raise ShardError(f"{shard.path}: {camera}/footprints/{name} {problem}")
+
+
+def _column(shard: Shard, camera: str, name: str) -> BoolArray:
+    values: BoolArray = shard.dataset(camera, name)[:]
+    if len(values) != shard.frames(camera):
+        raise ShardError(f"{shard.path}: {camera}/{name} is not of the camera's length; {REMEDY}")
+    return values

@@ -1,0 +1,183 @@
+import csv
+import os
+import signal
+
+import pytest
+import torch
+
+from ogmkit.errors import OutputError, SettingsError, ShardError, TrainingError
+from ogmkit.learn.catalogue import CATALOGUE
+from ogmkit.learn.checkpoints import read_checkpoint
+from ogmkit.learn.training.train import train
+
+TINY = {"image_size": (64, 96), "encoder": "resnet18", "batch_size": 2, "limit_frames": 7, "lr": 1e-3}
+SYSTEMS = {
+    "homography": {},
+    "footprints": {"colour": 0.3, "flip": 0.5},
+    "ved": {"bev_cell_m": 1.0},
+    "oft": {"channels": 16, "blocks": 1, "flip": 0.5},
+    "bev-lidar": {"bev_cell_m": 1.0},
+}
+
+
+class Crash(Exception):  # noqa: N818  # stands for a kill
+    """Stands for a process that dies between two steps."""
+
+
+def settings(system="homography", **more):
+    entry = CATALOGUE[system]
+    common = entry.read(TINY | {"epochs": 3, "workers": 0})
+    return entry.settings(**(common | SYSTEMS[system] | more))
+
+
+def crash_at(step):
+    def tell(done, total):
+        if done == step:
+            raise Crash
+
+    return tell
+
+
+def weights(run, name="last.ckpt"):
+    return read_checkpoint(run / name)[1]["state_dict"]
+
+
+def same(left, right):
+    return left.keys() == right.keys() and all(torch.equal(left[name], right[name]) for name in left)
+
+
+@pytest.mark.parametrize("system", SYSTEMS)
+def test_each_system_trains_and_leaves_a_whole_run(tmp_path, learn_shards, system):
+    run = tmp_path / "run"
+    told = []
+    summary = train(
+        settings(system, epochs=1), learn_shards, run, on_progress=lambda *counts: told.append(counts)
+    )
+    assert (summary.frames, summary.steps, told[-1]) == (7, 4, (4, 4))
+    names = {path.name for path in run.iterdir()}
+    assert names == {
+        "config.yaml",
+        "splits.json",
+        "metrics.csv",
+        "tensorboard",
+        "samples.png",
+        "last.ckpt",
+        "best.ckpt",
+    }
+    with (run / "metrics.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert {"val/loss", f"val/{summary.score_name}"} <= {row["name"] for row in rows}
+    assert summary.score == pytest.approx(
+        next(float(row["value"]) for row in rows if row["name"] == f"val/{summary.score_name}"), rel=1e-4
+    )
+
+
+@pytest.mark.parametrize(
+    ("system", "more", "step"),
+    [
+        ("homography", {}, 6),
+        ("footprints", {"accumulate": 2, "checkpoint_every": 1}, 3),
+        ("footprints", {"checkpoint_every": 1, "optimizer": "adamw", "schedule": "cosine"}, 8),
+        ("ved", {"checkpoint_every": 2}, 7),
+    ],
+)
+def test_killed_within_an_epoch_and_resumed_the_weights_are_the_same(
+    tmp_path, learn_shards, system, more, step
+):
+    chosen = settings(system, **({"checkpoint_every": 1} | more))
+    whole, cut = tmp_path / "whole", tmp_path / "cut"
+    train(chosen, learn_shards, whole)
+    with pytest.raises(Crash):
+        train(chosen, learn_shards, cut, on_progress=crash_at(step))
+    summary = train(chosen, learn_shards, cut)
+    assert 0 < summary.resumed_step <= step
+    assert same(weights(whole), weights(cut))
+    assert same(weights(whole, "best.ckpt"), weights(cut, "best.ckpt"))
+    assert (whole / "metrics.csv").read_text() == (cut / "metrics.csv").read_text()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_workers_and_interruptions_change_nothing(tmp_path, learn_shards, number):
+    whole, cut = tmp_path / "whole", tmp_path / "cut"
+    train(settings("footprints", epochs=2), learn_shards, whole)
+
+    def interrupt(done, total):
+        if done == 2:
+            os.kill(os.getpid(), number)
+
+    with pytest.raises(KeyboardInterrupt):
+        train(settings("footprints", epochs=2, workers=1), learn_shards, cut, on_progress=interrupt)
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+    assert read_checkpoint(cut / "last.ckpt")[0].batches in (2, 3)
+    train(settings("footprints", epochs=2), learn_shards, cut)
+    assert same(weights(whole), weights(cut))
+
+
+def test_a_finished_training_stays_and_can_be_prolonged(tmp_path, learn_shards):
+    run, longer = tmp_path / "run", tmp_path / "longer"
+    train(settings(epochs=1), learn_shards, run)
+    before = weights(run)
+    again = train(settings(epochs=1), learn_shards, run)
+    assert (again.steps, again.resumed_step) == (4, 4)
+    assert same(weights(run), before)
+    train(settings(epochs=2), learn_shards, run)
+    train(settings(epochs=2), learn_shards, longer)
+    assert same(weights(run), weights(longer))
+
+
+def test_the_loss_falls(tmp_path, learn_shards):
+    chosen = settings("footprints", epochs=6, colour=0.0, flip=0.0, lr=1e-2)
+    train(chosen, learn_shards, tmp_path / "run")
+    with (tmp_path / "run" / "metrics.csv").open(newline="") as file:
+        losses = [float(row["value"]) for row in csv.DictReader(file) if row["name"] == "val/loss"]
+    assert len(losses) == 6
+    assert losses[-1] < 0.7 * losses[0]
+
+
+def test_a_loss_that_is_no_number_stops_and_names_the_frames(tmp_path, learn_shards):
+    with pytest.raises(TrainingError, match=r"not finite at step \d+ \(.*batch of scene-0001 CAM_"):
+        train(settings(lr=1e3, epochs=20), learn_shards, tmp_path / "run")
+
+
+def test_other_settings_in_the_same_folder_are_refused(tmp_path, learn_shards):
+    run = tmp_path / "run"
+    train(settings(epochs=1, max_steps=1), learn_shards, run)
+    with pytest.raises(OutputError, match=r"seed is 5 here but 0 there; use --overwrite"):
+        train(settings(epochs=1, max_steps=1, seed=5), learn_shards, run)
+    summary = train(settings(epochs=1, max_steps=1, seed=5), learn_shards, run, overwrite=True)
+    assert summary.resumed_step == 0
+
+
+def test_a_foreign_folder_is_left_alone(tmp_path, learn_shards):
+    (tmp_path / "mine.txt").write_text("mine")
+    for overwrite in (False, True):
+        with pytest.raises(OutputError, match="no training made it"):
+            train(settings(), learn_shards, tmp_path, overwrite=overwrite)
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
+
+
+@pytest.mark.parametrize(
+    ("more", "error", "message"),
+    [
+        ({"cameras": ("CAM_FRONT_LEFT",)}, SettingsError, "unknown camera"),
+        ({"train_split": "test"}, TrainingError, "split 'test' has no scene"),
+        ({"target": "dlt"}, (SettingsError, ShardError), "ogmkit homography-fit .* --method dlt"),
+        ({"system": "footprints", "masks": "dlt"}, (SettingsError, ShardError), "render-footprints .*dlt"),
+        ({"system": "oft", "bev_cell_m": 0.7}, SettingsError, "0.7"),
+        ({"encoder": "resnet19"}, SettingsError, "resnet1"),
+        ({"encoder_weights": "/nowhere/at/all.pth"}, Exception, "all.pth"),
+    ],
+)
+def test_wrong_input_is_named_before_anything_is_written(tmp_path, learn_shards, more, error, message):
+    system = more.pop("system", "homography")
+    with pytest.raises(error, match=message):
+        train(settings(system, **more), learn_shards, tmp_path / "run")
+    assert not (tmp_path / "run").exists()
+
+
+def test_what_a_kill_left_of_a_training_that_had_just_begun_is_no_obstacle(tmp_path, learn_shards):
+    run = tmp_path / "run"
+    (run / "tensorboard").mkdir(parents=True)
+    (run / ".config.yaml.77.part").write_text("system: homo")
+    assert train(settings(epochs=1, max_steps=1), learn_shards, run).steps == 1

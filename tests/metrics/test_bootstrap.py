@@ -1,0 +1,68 @@
+"""Intervals against exact enumeration."""
+
+from itertools import product
+
+import numpy as np
+
+from ogmkit.metrics.bootstrap import estimate
+
+
+def ratio(counts):
+    with np.errstate(invalid="ignore"):
+        return counts[..., 0] / counts[..., 1]
+
+
+def test_one_scene_has_an_interval_without_width():
+    found = estimate(np.array([[3, 4]]), ratio)
+
+    assert (found.value, found.low, found.high) == (0.75, 0.75, 0.75)
+
+
+def test_two_scenes_by_enumeration():
+    # Both drawn: 4/8. One drawn twice: 2/8 or 6/8, each with a chance of 1/4, beyond the tails' 2.5 %.
+    found = estimate(np.array([[1, 4], [3, 4]]), ratio)
+
+    assert (found.value, found.low, found.high) == (0.5, 0.25, 0.75)
+
+
+def test_scenes_are_drawn_with_replacement_and_evenly():
+    drawn = []
+
+    def remember(counts):
+        drawn.append(counts)
+        return counts[..., 0].astype(float)
+
+    estimate(np.array([[1, 0], [0, 1]]), remember)
+    first = drawn[0][:, 0]
+    assert set(np.unique(drawn[0].sum(axis=1))) == {2}
+    np.testing.assert_allclose(np.bincount(first) / len(first), [0.25, 0.5, 0.25], atol=0.05)
+
+
+def test_five_scenes_against_all_their_draws():
+    counts = np.array([[1, 9], [5, 7], [2, 30], [8, 8], [4, 11]])
+    every = np.array([ratio(counts[list(draw)].sum(axis=0)) for draw in product(range(5), repeat=5)])
+    low, high = np.quantile(every, [0.025, 0.975])
+    found = estimate(counts, ratio, draws=20_000)
+
+    assert found.value == 20 / 65
+    np.testing.assert_allclose([found.low, found.high], [low, high], atol=0.01)
+
+
+def test_draws_without_a_value_do_not_count():
+    found = estimate(np.array([[0, 0], [1, 4]]), ratio)
+
+    assert (found.value, found.low, found.high) == (0.25, 0.25, 0.25)
+
+
+def test_what_is_never_defined_stays_so():
+    found = estimate(np.array([[[0, 0], [1, 2]], [[0, 0], [1, 2]]]), ratio)
+
+    np.testing.assert_array_equal(found.value, [np.nan, 0.5])
+    np.testing.assert_array_equal([found.low, found.high], [[np.nan, 0.5]] * 2)
+
+
+def test_equal_numbers_of_scenes_get_equal_draws():
+    counts = np.array([[1, 9], [5, 7], [2, 30]])
+    one, two = estimate(counts, ratio), estimate(2 * counts, ratio)
+
+    assert (one.low, one.high) == (two.low, two.high)
