@@ -128,9 +128,9 @@ def test_three_in_a_row_make_three_pairs():
     assert count_separated(found(*cars), bridged).tolist() == [3, 3, 2]
 
 
-def test_faces_are_those_of_the_raster(eval_shards):
+def test_faces_are_those_of_the_raster(sample_shards):
     vehicles = 0
-    for path in eval_shards.glob("*.h5"):
+    for path in sample_shards.glob("*.h5"):
         with Shard(path) as shard:
             for index in range(shard.frames("CAM_FRONT")):
                 faces = vehicle_faces(shard, "CAM_FRONT", index)
