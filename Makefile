@@ -17,7 +17,7 @@ help:
 	@echo "make test         linters, types, import contract and tests"
 	@echo "make slow         the long tests: four frames, four sequences learnt by heart, kills, masks of real size"
 	@echo "make conformance  ogmkit beside the official nuScenes devkit, in $(DEVKIT)"
-	@echo "make bench        the README's figures, measured side by side"
+	@echo "make bench        the figures of docs/performance.md, measured side by side"
 	@echo "make bench-learn  every stage-1 system trained on a synthetic world, one table; takes hours"
 	@echo "make bench-plan   every planner likewise, the second table; takes hours"
 
