@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from .command import Command
+from .logs import complain
 from .options import (
     cache_dir_option,
     cameras_option,
@@ -21,6 +23,7 @@ from .options import (
     version_option,
     workers_option,
 )
+from .paths import ANY
 from .progress import progress
 from .text import one_line
 
@@ -37,9 +40,15 @@ _NAMED = 3
 """Scenes by name, of those that failed for one reason."""
 
 
-@click.command()
+@click.command(
+    cls=Command,
+    examples=(
+        "ogmkit extract dataroot shards --workers 8",
+        "ogmkit extract dataroot shards --scenes 'scene-00*' --camera CAM_FRONT,CAM_BACK --lidar",
+    ),
+)
 @dataroot_argument
-@click.argument("out", type=click.Path(path_type=Path))
+@click.argument("out", type=ANY)
 @version_option
 @scenes_option
 @splits_option
@@ -97,6 +106,7 @@ def command(
     Scenes that fail are named at the end, with exit code 1.
     """
     from ogmkit.nuscenes.dataset import Dataset
+    from ogmkit.pipeline.execution import Execution
     from ogmkit.pipeline.extract import extract
     from ogmkit.pipeline.plan import plan
     from ogmkit.pipeline.selection import select_scenes
@@ -117,15 +127,13 @@ def command(
                 settings,
                 scenes=chosen,
                 splits=dataset.splits(split_file),
-                workers=workers,
-                overwrite=overwrite,
+                execution=Execution(workers, overwrite=overwrite, on_progress=advance),
                 strict=strict,
                 cache_dir=cache_dir,
-                on_progress=advance,
             )
     _show(_summary_lines(summary))
     for line in _failure_lines(summary):
-        click.echo(f"ogmkit: {line}", err=True)
+        complain(line)
     if summary.failures:
         raise click.exceptions.Exit(1)
 

@@ -6,19 +6,29 @@ from pathlib import Path
 
 import click
 
-from .homography_table import summary_lines
+from .command import Command
+from .homography_table import summary_lines, summary_values
 from .options import (
     cameras_option,
     categories_option,
+    json_option,
     list_option,
     min_visibility_option,
     shards_argument,
     workers_option,
 )
+from .paths import FILE
 from .progress import progress
+from .text import json_text
 
 
-@click.command()
+@click.command(
+    cls=Command,
+    examples=(
+        "ogmkit homography-fit shards --plot errors.png",
+        "ogmkit homography-fit shards --method surface,robust --workers 8",
+    ),
+)
 @shards_argument
 @list_option(
     "--method",
@@ -63,10 +73,11 @@ from .progress import progress
 )
 @click.option(
     "--plot",
-    type=click.Path(dir_okay=False, path_type=Path),
+    type=FILE,
     metavar="FILE",
     help="PNG file for a picture of the errors by method and distance.",
 )
+@json_option
 def command(
     shards: Path,
     methods: tuple[str, ...],
@@ -79,6 +90,7 @@ def command(
     workers: int,
     overwrite: bool,
     plot: Path | None,
+    as_json: bool,
 ) -> None:
     """Fit camera-to-BEV homographies to every frame.
 
@@ -86,8 +98,13 @@ def command(
     wrote, and shows what the methods are worth: each box is left out of a fit and measured. `surface` and
     `calibration` take no notice of the options on corners. A frame for which a method has no answer is marked
     invalid, with the reason. To resume after an interruption, run the same command again.
+
+    Fields of --json: shards, kept (shards that had it all before), seconds, methods (a list: method, frames,
+    valid, residual_px and residual_cells (medians), left_out (by distance: from_m, to_m, boxes, median_m,
+    p90_m, refused_share), invalid (reason, frames)). What was not measured is null.
     """
     from ogmkit.homography.settings import FitSettings
+    from ogmkit.pipeline.execution import Execution
     from ogmkit.pipeline.homography_fit import fit_shards
 
     if plot is not None:
@@ -101,12 +118,9 @@ def command(
             methods,
             settings,
             cameras=cameras,
-            workers=workers,
-            overwrite=overwrite,
-            on_progress=advance,
+            execution=Execution(workers, overwrite=overwrite, on_progress=advance),
         )
-    for line in summary_lines(summary):
-        click.echo(line)
+    click.echo(json_text(summary_values(summary)) if as_json else "\n".join(summary_lines(summary)))
     if plot is not None:
         from ogmkit.pictures.homography_plot import draw
         from ogmkit.pictures.png import write_png

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from .command import Command
 from .options import cameras_option, shards_argument, workers_option
 from .progress import progress
 from .text import with_number
@@ -15,7 +16,13 @@ if TYPE_CHECKING:
     from ogmkit.footprints.settings import Method
 
 
-@click.command()
+@click.command(
+    cls=Command,
+    examples=(
+        "ogmkit render-footprints shards",
+        "ogmkit render-footprints shards --method full-body --scale 1",
+    ),
+)
 @shards_argument
 @click.option(
     "--homography",
@@ -62,6 +69,7 @@ def command(
     the same command again.
     """
     from ogmkit.footprints.settings import FootprintSettings
+    from ogmkit.pipeline.execution import Execution
     from ogmkit.pipeline.render_footprints import render_footprints
 
     with progress(None, "shards", "render-footprints") as advance:
@@ -69,9 +77,7 @@ def command(
             shards,
             FootprintSettings(homography, method, scale, name),
             cameras=cameras,
-            workers=workers,
-            overwrite=overwrite,
-            on_progress=advance,
+            execution=Execution(workers, overwrite=overwrite, on_progress=advance),
         )
     click.echo(
         f"{summary.name}: {with_number(summary.frames, 'frame')} in {with_number(summary.shards, 'shard')} "

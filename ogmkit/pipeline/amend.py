@@ -1,16 +1,17 @@
 """Adding groups to the shards of a finished folder: resumable, interruptible, each shard old or new."""
 
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor
+from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Generic, TypeVar
 
+from ogmkit.base.names import with_number
+from ogmkit.base.news import Found, tell
 from ogmkit.errors import ShardError
 from ogmkit.pipeline import output
 from ogmkit.pipeline.amendment import Amendment, Groups, chosen_cameras, pending_groups, require_sound
-from ogmkit.pipeline.execution import run_over
+from ogmkit.pipeline.execution import DEFAULT_EXECUTION, Execution, run_over
 from ogmkit.shards.additions import add_to_shard, new_group, place
 from ogmkit.shards.manifest import Manifest, ShardEntry, file_sha256, read_manifest, write_manifest
 from ogmkit.shards.reader import AGAIN, REMEDY, Shard, damaged
@@ -44,6 +45,7 @@ class _Task(Generic[Report]):
         settled: whether the manifest knows the file; not after a run that was cut short.
         pending: camera → groups to make; empty where all are there.
         cameras: chosen ones.
+        frames: over these cameras.
         amendment: the command's.
     """
 
@@ -52,6 +54,7 @@ class _Task(Generic[Report]):
     settled: bool
     pending: dict[str, Groups]
     cameras: tuple[str, ...]
+    frames: int
     amendment: Amendment[Report]
 
 
@@ -60,10 +63,8 @@ def amend(
     amendment: Amendment[Report],
     *,
     cameras: Sequence[str] = (),
-    workers: int = 1,
-    executor: Executor | None = None,
-    overwrite: bool = False,
-    on_progress: Callable[[int, int], None] | None = None,
+    execution: Execution = DEFAULT_EXECUTION,
+    where: str = "",
 ) -> tuple[Amended[Report], ...]:
     """Add groups to all shards of a folder, then bring its manifest up to date.
 
@@ -74,10 +75,8 @@ def amend(
         out: a folder that an extraction finished.
         amendment: what to add.
         cameras: channels; none means all.
-        workers: processes.
-        executor: runs the work instead of own processes.
-        overwrite: make the groups anew that are there.
-        on_progress: called with (shards done, shards in all).
+        execution: worker processes, progress, and whether to rebuild what exists.
+        where: the work is done, in words; by default what `execution` says.
 
     Returns:
         One result a shard, in the manifest's order.
@@ -94,14 +93,14 @@ def amend(
     with output.locked(out):
         manifest = read_manifest(out)
         settled = output.require_no_other_run(out, amendment.command)
-        tasks = _tasks(out, manifest, amendment, cameras, settled=settled, overwrite=overwrite)
+        tasks = _tasks(out, manifest, amendment, cameras, settled=settled, overwrite=execution.overwrite)
         if any(task.pending for task in tasks):
             output.begin_amending(out, amendment.command)
-        with closing(run_over(_run, tasks, workers=workers, executor=executor)) as results:
+        tell(Found(f"{_found(tasks)}; {where or execution.place}"))
+        with closing(run_over(_run, tasks, execution)) as results:
             for entry, amended in results:
                 done[entry.file] = entry, amended
-                if on_progress is not None:
-                    on_progress(len(done), len(tasks))
+                execution.report(len(done), len(tasks))
         ordered = [done[entry.file] for entry in manifest.shards]
         _finish(out, manifest, tuple(entry for entry, _ in ordered))
     return tuple(amended for _, amended in ordered)
@@ -125,8 +124,17 @@ def _tasks(
         with _reading(path), Shard(path) as shard:
             require_sound(shard, entry, manifest, settled=settled)
             pending = pending_groups(shard, amendment, chosen, overwrite=overwrite)
-        tasks.append(_Task(path, entry, settled, pending, chosen, amendment))
+            frames = sum(map(shard.frames, chosen))
+        tasks.append(_Task(path, entry, settled, pending, chosen, frames, amendment))
     return tasks
+
+
+def _found(tasks: Sequence[_Task[Report]]) -> str:
+    """What there is to do, in words."""
+    scenes, frames = with_number(len(tasks), "scene"), with_number(sum(task.frames for task in tasks), "frame")
+    there = sum(not task.pending for task in tasks)
+    done = f"; {with_number(there, 'scene')} had it all before" if there else ""
+    return f"{scenes}, {frames} of {', '.join(tasks[0].cameras)}{done}"
 
 
 def _run(task: _Task[Report]) -> tuple[ShardEntry, Amended[Report]]:

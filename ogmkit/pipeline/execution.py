@@ -7,6 +7,7 @@ import threading
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
+from dataclasses import dataclass
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from typing import TypeVar
@@ -14,6 +15,7 @@ from typing import TypeVar
 import cv2
 from threadpoolctl import threadpool_limits
 
+from ogmkit.base.names import with_number
 from ogmkit.errors import OgmkitError
 
 Item = TypeVar("Item")
@@ -23,8 +25,42 @@ _IN_FLIGHT = 256
 """Items that wait at most on an executor of unknown size."""
 
 
+@dataclass(frozen=True)
+class Execution:
+    """How a command works through a folder; what it writes is the same.
+
+    Attributes:
+        workers: number of worker processes; 0 or 1 works in this process. They are started afresh ("spawn"),
+            so a script needs its `if __name__ == "__main__":`.
+        executor: runs the work instead of own processes; `workers` is ignored then.
+        overwrite: rebuild what exists; each result is replaced only by its complete successor.
+        on_progress: called with (items done, items in all).
+    """
+
+    workers: int = 0
+    executor: Executor | None = None
+    overwrite: bool = False
+    on_progress: Callable[[int, int], None] | None = None
+
+    @property
+    def place(self) -> str:
+        """Where the work is done, in words."""
+        if self.executor is not None:
+            return "on the executor given"
+        return "in this process" if self.workers <= 1 else with_number(self.workers, "worker process")
+
+    def report(self, done: int, total: int) -> None:
+        """Tell the caller how far the work is."""
+        if self.on_progress is not None:
+            self.on_progress(done, total)
+
+
+DEFAULT_EXECUTION = Execution()
+"""In this process, keeping what exists."""
+
+
 def run_over(
-    function: Callable[[Item], Result], items: Iterable[Item], *, workers: int, executor: Executor | None
+    function: Callable[[Item], Result], items: Iterable[Item], execution: Execution = DEFAULT_EXECUTION
 ) -> Generator[Result]:
     """Yield results as they come; `items` is read only as far ahead as keeps the workers busy.
 
@@ -33,24 +69,22 @@ def run_over(
     Args:
         function: top-level function, picklable like its items and results.
         items: the work.
-        workers: processes to start; 1 works in this process. Started afresh ("spawn"), so a script that
-            calls this needs its `if __name__ == "__main__":`.
-        executor: works instead of own processes; `workers` is ignored then.
+        execution: where the work is done.
 
     Raises:
         OgmkitError: a worker process died.
     """
     try:
-        if executor is not None:
+        if execution.executor is not None:
             limited = functools.partial(_limited, function)
             with threadpool_limits(1, user_api="blas"):  # in threads of this process it can't be set
-                yield from _as_completed(executor, limited, items, _IN_FLIGHT, finish_started=True)
-        elif workers == 1:
+                yield from _as_completed(execution.executor, limited, items, _IN_FLIGHT, finish_started=True)
+        elif execution.workers <= 1:
             with _one_thread():
                 yield from map(function, items)
         else:
-            with _worker_processes(workers) as own:
-                yield from _as_completed(own, function, items, 2 * workers, finish_started=False)
+            with _worker_processes(execution.workers) as own:
+                yield from _as_completed(own, function, items, 2 * execution.workers, finish_started=False)
     except BrokenExecutor as error:
         raise OgmkitError(
             f"a worker process died, perhaps for lack of memory ({error}); what was finished is whole: "
@@ -69,7 +103,7 @@ def _as_completed(
     waiting: set[Future[Result]] = set()
     try:
         for item in items:
-            with _interrupts_blocked():
+            with interrupts_blocked():
                 waiting.add(executor.submit(function, item))
             if len(waiting) >= limit:
                 done, waiting = wait(waiting, return_when=FIRST_COMPLETED)
@@ -120,7 +154,7 @@ def _end_with(parent: Connection) -> None:
 
 
 @contextmanager
-def _interrupts_blocked() -> Iterator[None]:
+def interrupts_blocked() -> Iterator[None]:
     """Processes started inside never see Ctrl-C, which is their parent's to handle."""
     previous = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:

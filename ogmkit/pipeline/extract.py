@@ -1,20 +1,22 @@
 """Extraction: every chosen scene of a dataset becomes one shard of a folder."""
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
+from ogmkit.base.names import with_number
+from ogmkit.base.news import Found, tell
 from ogmkit.errors import OgmkitError, OutputError
 from ogmkit.frames import SceneRecord
-from ogmkit.nuscenes.dataset import Dataset
 from ogmkit.nuscenes.maps import MaskStore
 from ogmkit.pipeline import output
-from ogmkit.pipeline.execution import run_over
+from ogmkit.pipeline.execution import DEFAULT_EXECUTION, Execution, run_over
+from ogmkit.pipeline.maps import MapsAhead
 from ogmkit.pipeline.output import Request
 from ogmkit.pipeline.selection import require_known_names
+from ogmkit.pipeline.sources import SceneSource
 from ogmkit.shards.manifest import Manifest, ShardEntry, write_manifest
 from ogmkit.shards.settings import ExtractSettings
 from ogmkit.shards.summary import ShardSummary, is_current, summarise
@@ -73,18 +75,15 @@ class _Outcome:
 
 
 def extract(
-    dataset: Dataset,
+    dataset: SceneSource,
     out: Path,
     settings: ExtractSettings,
     *,
     scenes: Sequence[str],
     splits: Mapping[str, Sequence[str]],
-    workers: int = 1,
-    executor: Executor | None = None,
-    overwrite: bool = False,
+    execution: Execution = DEFAULT_EXECUTION,
     strict: bool = False,
     cache_dir: Path | None = None,
-    on_progress: Callable[[int, int], None] | None = None,
 ) -> ExtractSummary:
     """Write a shard for each scene, then the manifest.
 
@@ -92,17 +91,14 @@ def extract(
     Killed at any moment, the folder holds whole shards only, and the same call again finishes the work.
 
     Args:
-        dataset: the dataset.
+        dataset: a `Dataset`, or a `RecordDataset` of scenes made in Python.
         out: folder of the shards; absent, empty, or an earlier run's.
         settings: what to extract.
         scenes: names of the scenes.
         splits: split name → scene names, for the manifest.
-        workers: processes.
-        executor: runs the work instead of own processes.
-        overwrite: make shards anew that are there; each is replaced only by its whole successor.
+        execution: worker processes, progress, and whether to rebuild what exists.
         strict: raise the first scene's failure instead of going on.
         cache_dir: folder of decoded map masks; the platform's cache folder by default.
-        on_progress: called with (scenes done, scenes in all).
 
     Raises:
         SettingsError: the dataset lacks a scene, camera or category.
@@ -110,7 +106,7 @@ def extract(
         OgmkitError: a worker process died, or, when strict, what a scene failed with.
     """
     started = time.monotonic()
-    request = Request(out, settings, dataset.version, tuple(dict.fromkeys(scenes)), overwrite)
+    request = Request(out, settings, dataset.version, tuple(dict.fromkeys(scenes)), execution.overwrite)
     require_known_names(dataset, settings, request.scenes)
     output.check_place(out, dataset.root)
     output.check_contents(request)  # before anything is made, and again once the folder is ours
@@ -118,20 +114,26 @@ def extract(
     with output.locked(out):
         contents = output.check_contents(request)
         output.begin(request)
-        tasks = _tasks(dataset, request, contents.checksums, cache_dir)
-        with closing(run_over(_run, tasks, workers=workers, executor=executor)) as done:
+        ahead = MapsAhead(cache_dir) if execution.executor is None and execution.workers > 1 else None
+        tasks = _tasks(dataset, request, contents.checksums, cache_dir, ahead)
+        cameras = ", ".join(settings.cameras)
+        tell(Found(f"{with_number(len(request.scenes), 'scene')} with {cameras}; {execution.place}"))
+        with closing(run_over(_run, tasks, execution)) as done:
             for outcome in done:
                 if strict and isinstance(outcome.result, OgmkitError):
                     raise outcome.result
                 outcomes.append(outcome)
-                if on_progress is not None:
-                    on_progress(len(outcomes), len(request.scenes))
+                execution.report(len(outcomes), len(request.scenes))
         _finish(dataset, request, contents.others, outcomes, splits)
     return _summary(request, outcomes, time.monotonic() - started)
 
 
 def _tasks(
-    dataset: Dataset, request: Request, checksums: Mapping[str, tuple[int, str]], cache_dir: Path | None
+    dataset: SceneSource,
+    request: Request,
+    checksums: Mapping[str, tuple[int, str]],
+    cache_dir: Path | None,
+    ahead: MapsAhead | None,
 ) -> Iterator[_Task]:
     """Read one scene's records after the other, as workers become free."""
     settings = request.settings
@@ -139,6 +141,8 @@ def _tasks(
         scene: SceneRecord | OgmkitError
         try:
             scene = dataset.scene(name, settings.cameras, lidar=settings.targets.lidar)
+            if ahead is not None and (request.overwrite or not request.path(name).exists()):
+                ahead.decode(scene)
         except OgmkitError as error:
             scene = error
         yield _Task(name, scene, request, cache_dir, checksums.get(request.path(name).name))
@@ -174,7 +178,7 @@ def _known(path: Path, checksum: tuple[int, str] | None) -> ShardSummary:
 
 
 def _finish(
-    dataset: Dataset,
+    dataset: SceneSource,
     request: Request,
     others: Sequence[Path],
     outcomes: Sequence[_Outcome],

@@ -2,8 +2,7 @@
 
 import dataclasses
 import time
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from ogmkit.homography.result import Homography
 from ogmkit.homography.settings import FitSettings
 from ogmkit.pipeline.amend import amend
 from ogmkit.pipeline.amendment import Groups
+from ogmkit.pipeline.execution import DEFAULT_EXECUTION, Execution
 from ogmkit.pipeline.geometry import frame_geometry
 from ogmkit.pipeline.homography_rows import store_homographies
 from ogmkit.pipeline.homography_summary import MethodResults, MethodSummary, joined, read_results
@@ -109,10 +109,7 @@ def fit_shards(
     settings: FitSettings | None = None,
     *,
     cameras: Sequence[str] = (),
-    workers: int = 1,
-    executor: Executor | None = None,
-    overwrite: bool = False,
-    on_progress: Callable[[int, int], None] | None = None,
+    execution: Execution = DEFAULT_EXECUTION,
 ) -> HomographySummary:
     """Fit homographies to every frame of a folder's shards and store them there.
 
@@ -125,10 +122,7 @@ def fit_shards(
         methods: names of `ogmkit.homography.methods.METHODS`.
         settings: which boxes count; the defaults by default.
         cameras: channels; none means all.
-        workers: processes.
-        executor: runs the work instead of own processes.
-        overwrite: fit anew what is there.
-        on_progress: called with (shards done, shards in all).
+        execution: worker processes, progress, and whether to rebuild what exists.
 
     Raises:
         SettingsError: a method or camera is unknown, or no method is named.
@@ -145,10 +139,7 @@ def fit_shards(
         out,
         job,
         cameras=cameras,
-        workers=workers,
-        executor=executor,
-        overwrite=overwrite,
-        on_progress=on_progress,
+        execution=execution,
     )
     results = zip(*(shard.report for shard in shards), strict=True)
     summaries = tuple(

@@ -1,8 +1,7 @@
 """Footprints in camera view for every frame of a folder of shards."""
 
 import time
-from collections.abc import Callable, Sequence
-from concurrent.futures import Executor
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ import numpy as np
 from ogmkit.footprints.settings import FootprintSettings
 from ogmkit.pipeline.amend import amend
 from ogmkit.pipeline.amendment import Groups
+from ogmkit.pipeline.execution import DEFAULT_EXECUTION, Execution
 from ogmkit.pipeline.footprint_masks import mask_size, renderer, require_renderable
 from ogmkit.shards import fields, schema
 from ogmkit.shards.additions import added_values, require_name
@@ -114,10 +114,7 @@ def render_footprints(
     settings: FootprintSettings | None = None,
     *,
     cameras: Sequence[str] = (),
-    workers: int = 1,
-    executor: Executor | None = None,
-    overwrite: bool = False,
-    on_progress: Callable[[int, int], None] | None = None,
+    execution: Execution = DEFAULT_EXECUTION,
 ) -> FootprintSummary:
     """Render a set of footprints for every frame of a folder's shards and store it there.
 
@@ -128,10 +125,7 @@ def render_footprints(
         out: a folder that an extraction finished; for `warp`, with homographies.
         settings: what to make; the defaults by default.
         cameras: channels; none means all.
-        workers: processes.
-        executor: runs the work instead of own processes.
-        overwrite: render anew what is there.
-        on_progress: called with (shards done, shards in all).
+        execution: worker processes, progress, and whether to rebuild what exists.
 
     Raises:
         SettingsError: the homography or camera is unknown, or the name or scale is out of the question.
@@ -144,10 +138,7 @@ def render_footprints(
         out,
         job,
         cameras=cameras,
-        workers=workers,
-        executor=executor,
-        overwrite=overwrite,
-        on_progress=on_progress,
+        execution=execution,
     )
     frames = sum(shard.report[0] for shard in shards)
     valid = sum(shard.report[1] for shard in shards)

@@ -69,9 +69,7 @@ class FitHomographies:
             config.shards,
             config.methods,
             config.fit,
-            workers=config.workers,
-            overwrite=call.overwrite,
-            on_progress=call.advance,
+            execution=call.execution(config.workers),
         )
         path = config.out / _PLOT
         with output_errors(path):
@@ -124,9 +122,7 @@ class RenderMasks:
         summary = render_footprints(
             self.config.shards,
             self.set,
-            workers=self.config.workers,
-            overwrite=call.overwrite,
-            on_progress=call.advance,
+            execution=call.execution(self.config.workers),
         )
         left = f", {summary.invalid} of them empty" if summary.invalid else ""
         groups = groups_of(schema.FOOTPRINTS, (self.set.set_name,))

@@ -11,6 +11,7 @@ from ogmkit.base.atomic import output_errors
 from ogmkit.nuscenes.dataset import Dataset
 from ogmkit.nuscenes.splits import SPLITS_FILE, read_split_file
 from ogmkit.nuscenes.tables import find_version
+from ogmkit.pipeline.execution import Execution
 from ogmkit.pipeline.extract import extract
 from ogmkit.pipeline.selection import select_scenes
 from ogmkit.shards.manifest import AMENDING, MARKER, NAME, file_sha256, read_manifest
@@ -92,8 +93,7 @@ class Extract:
                 config.extract,
                 scenes=select_scenes(dataset, source.scenes, source.splits, source.split_file),
                 splits=dataset.splits(source.split_file),
-                workers=config.workers,
-                on_progress=call.advance,
+                execution=Execution(config.workers, on_progress=call.advance),
             )
         if summary.failures:
             first, scenes = summary.failures[0], summary.scenes + len(summary.failures)

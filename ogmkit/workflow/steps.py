@@ -9,6 +9,7 @@ from typing import Any, Literal, Protocol
 from ogmkit import __version__
 from ogmkit.base.differences import differences
 from ogmkit.learn.choices import NETWORK
+from ogmkit.pipeline.execution import Execution
 from ogmkit.workflow.records import Record, fingerprint
 
 Progress = Callable[[int, int], None]
@@ -48,6 +49,10 @@ class Call:
     overwrite: bool
     let_go: Callable[[], None]
     advance: Progress
+
+    def execution(self, workers: int) -> Execution:
+        """The call as the commands on whole folders take it."""
+        return Execution(workers, overwrite=self.overwrite, on_progress=self.advance)
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from filelock import FileLock
 
 from ogmkit.errors import OutputError, SettingsError, ShardError
 from ogmkit.pipeline.amend import amend
+from ogmkit.pipeline.execution import Execution
 from ogmkit.shards import schema
 from ogmkit.shards.layout import store_dataset
 from ogmkit.shards.manifest import AMENDING, LOCK
@@ -79,7 +80,7 @@ def shard_paths(out):
 
 def test_every_camera_of_every_shard_gets_the_group(out):
     progress = []
-    results = amend(out, Constant(), on_progress=lambda *counts: progress.append(counts))
+    results = amend(out, Constant(), execution=Execution(on_progress=lambda *counts: progress.append(counts)))
     assert progress == [(1, 2), (2, 2)]
     assert [result.scene for result in results] == [path.stem for path in shard_paths(out)]
     assert all(result.changed for result in results)
@@ -115,7 +116,7 @@ def test_a_camera_that_is_not_there_is_named(out, undisturbed, digests):
 
 def test_the_callers_executor_gives_the_same_bytes(out, amended, digests):
     with ThreadPoolExecutor(2) as executor:
-        amend(out, Constant(), executor=executor)
+        amend(out, Constant(), execution=Execution(executor=executor))
     assert digests(out) == digests(amended)
 
 
@@ -128,10 +129,10 @@ def test_other_settings_are_refused_before_anything_is_changed(out, amended, dig
     ):
         amend(out, Constant(settings={"least": 8}))
     assert digests(out) == before
-    results = amend(out, Constant(settings={"least": 8}), overwrite=True)
+    results = amend(out, Constant(settings={"least": 8}), execution=Execution(overwrite=True))
     assert {value for result in results for _, _, value in result.report} == {8.0}
     assert verify_folder(out) == ()
-    amend(out, Constant(), overwrite=True)
+    amend(out, Constant(), execution=Execution(overwrite=True))
     assert digests(out) == digests(amended)
 
 
@@ -149,8 +150,8 @@ def test_a_run_cut_short_is_told_and_repaired(out, amended, digests):
 def test_an_overwriting_run_cut_short_is_repaired(out, amended, digests):
     amend(out, Constant(settings={"least": 8}))
     with pytest.raises(ShardError, match="boom"):
-        amend(out, Constant(fails_at=shard_paths(out)[1].stem), overwrite=True)
-    amend(out, Constant(), overwrite=True)
+        amend(out, Constant(fails_at=shard_paths(out)[1].stem), execution=Execution(overwrite=True))
+    amend(out, Constant(), execution=Execution(overwrite=True))
     assert digests(out) == digests(amended)
 
 

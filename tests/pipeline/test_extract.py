@@ -8,6 +8,7 @@ import pytest
 from ogmkit.errors import DataFileError, OgmkitError, OutputError, SettingsError
 from ogmkit.grid import GridSpec
 from ogmkit.nuscenes.dataset import Dataset
+from ogmkit.pipeline.execution import Execution
 from ogmkit.shards.manifest import read_manifest
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.verify import verify_folder
@@ -59,7 +60,7 @@ def test_the_manifest_lists_frames_sizes_and_splits(undisturbed, dataset, small_
 
 def test_the_summary_adds_up(tmp_path, run, undisturbed):
     progress = []
-    summary = run(tmp_path / "out", on_progress=lambda *counts: progress.append(counts))
+    summary = run(tmp_path / "out", execution=Execution(on_progress=lambda *counts: progress.append(counts)))
     assert progress == [(1, 2), (2, 2)]
     assert (summary.scenes, summary.kept, summary.failures) == (2, 0, ())
     assert summary.frames == 4 * FRAMES
@@ -77,13 +78,13 @@ def test_the_summary_adds_up(tmp_path, run, undisturbed):
 
 
 def test_two_workers_give_the_same_bytes(tmp_path, run, undisturbed, digests):
-    run(tmp_path / "out", workers=2)
+    run(tmp_path / "out", execution=Execution(workers=2))
     assert digests(tmp_path / "out") == digests(undisturbed)
 
 
 def test_the_callers_executor_gives_the_same_bytes(tmp_path, run, undisturbed, digests):
     with ThreadPoolExecutor(2) as executor:
-        run(tmp_path / "out", executor=executor)
+        run(tmp_path / "out", execution=Execution(executor=executor))
         assert executor.submit(int).result() == 0
     assert digests(tmp_path / "out") == digests(undisturbed)
 
@@ -173,7 +174,7 @@ def test_other_settings_are_refused_while_unfinished(tmp_path, run, coarse, undi
 
 
 def test_overwrite_makes_all_anew(out, run, coarse):
-    assert run(out, coarse, overwrite=True).kept == 0
+    assert run(out, coarse, execution=Execution(overwrite=True)).kept == 0
     assert verify_folder(out) == ()
     assert read_manifest(out).settings.targets.grid.rows == 30
 
@@ -181,7 +182,7 @@ def test_overwrite_makes_all_anew(out, run, coarse):
 def test_overwrite_does_not_leave_a_mixture(out, run, coarse, dataset, undisturbed, digests):
     first, second = dataset.scene_names()
     with pytest.raises(OutputError, match=rf"{second}\.h5: .*choose its scene as well"):
-        run(out, coarse, overwrite=True, scenes=[first])
+        run(out, coarse, execution=Execution(overwrite=True), scenes=[first])
     assert digests(out) == digests(undisturbed)
 
 
@@ -217,7 +218,7 @@ def test_bad_tables_fail_their_scene_only(tmp_path, run, tiny_dataroot, edit_tab
 
 
 def test_a_failing_scene_keeps_its_old_shard(out, run, damaged, digests, undisturbed):
-    summary = run(out, dataset=damaged, overwrite=True)
+    summary = run(out, dataset=damaged, execution=Execution(overwrite=True))
     assert len(summary.failures) == 1
     assert digests(out).keys() == digests(undisturbed).keys()
     assert verify_folder(out) == ()
@@ -254,4 +255,4 @@ def test_a_dead_worker_is_told(tmp_path, run):
             return future
 
     with pytest.raises(OgmkitError, match=r"a worker process died.*fewer --workers"):
-        run(tmp_path / "out", executor=Dying())
+        run(tmp_path / "out", execution=Execution(executor=Dying()))

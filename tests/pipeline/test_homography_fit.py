@@ -12,6 +12,7 @@ from ogmkit.homography.leave_out import left_out_errors, summarise
 from ogmkit.homography.methods import METHODS, fit
 from ogmkit.homography.settings import FitSettings
 from ogmkit.nuscenes.dataset import Dataset
+from ogmkit.pipeline.execution import Execution
 from ogmkit.pipeline.extract import extract
 from ogmkit.pipeline.geometry import frame_geometry
 from ogmkit.pipeline.homography_fit import fit_shards
@@ -107,14 +108,14 @@ def test_reasons_stand_most_frequent_first(fitted):
 
 
 def test_two_workers_give_the_same_bytes(out, fitted, digests):
-    summary = fit_shards(out, ALL, workers=2)
+    summary = fit_shards(out, ALL, execution=Execution(workers=2))
     assert digests(out) == digests(fitted[0])
     assert summary.methods[0].ranges == fitted[1].methods[0].ranges
 
 
 def test_the_callers_executor_gives_the_same_bytes(out, fitted, digests):
     with ThreadPoolExecutor(2) as executor:
-        fit_shards(out, ALL, executor=executor)
+        fit_shards(out, ALL, execution=Execution(executor=executor))
     assert digests(out) == digests(fitted[0])
 
 
@@ -135,8 +136,8 @@ def test_other_settings_are_refused_by_name(out, digests):
     ):
         fit_shards(out, FEW, FitSettings(max_distance_m=30.0))
     assert digests(out) == before
-    fit_shards(out, FEW, FitSettings(max_distance_m=30.0), overwrite=True)
-    fit_shards(out, FEW, overwrite=True)
+    fit_shards(out, FEW, FitSettings(max_distance_m=30.0), execution=Execution(overwrite=True))
+    fit_shards(out, FEW, execution=Execution(overwrite=True))
     assert digests(out) == before
 
 

@@ -13,6 +13,7 @@ from ogmkit.geometry.camera import project
 from ogmkit.geometry.se3 import inverse
 from ogmkit.homography.settings import FitSettings
 from ogmkit.nuscenes.dataset import Dataset
+from ogmkit.pipeline.execution import Execution
 from ogmkit.pipeline.extract import extract
 from ogmkit.pipeline.footprint_masks import renderer
 from ogmkit.pipeline.homography_fit import fit_shards
@@ -163,9 +164,9 @@ def test_exact_vehicles_are_those_of_the_boxes(shard, camera):
 def test_workers_and_executors_give_the_same_bytes(tmp_path, fitted, digests):
     one, two, own = (shutil.copytree(fitted, tmp_path / name) for name in ("one", "two", "own"))
     render_footprints(one)
-    render_footprints(two, workers=2)
+    render_footprints(two, execution=Execution(workers=2))
     with ThreadPoolExecutor(2) as executor:
-        render_footprints(own, executor=executor)
+        render_footprints(own, execution=Execution(executor=executor))
     assert digests(one) == digests(two) == digests(own)
 
 
@@ -183,7 +184,7 @@ def test_other_settings_are_refused_by_name(out, digests):
         render_footprints(out, FootprintSettings(scale=4))
     assert digests(out) == before
     render_footprints(out, FootprintSettings(scale=4, name="small"))
-    render_footprints(out, FootprintSettings(scale=4), overwrite=True)
+    render_footprints(out, FootprintSettings(scale=4), execution=Execution(overwrite=True))
     assert verify_folder(out) == ()
     with Shard(next(out.glob("*.h5"))) as shard:
         assert shard.dataset("CAM_FRONT", "footprints/surface/vehicles").shape == (8, 22, 40)
@@ -191,12 +192,12 @@ def test_other_settings_are_refused_by_name(out, digests):
 
 def test_masks_of_another_fit_are_other_masks(out):
     render_footprints(out, FootprintSettings("dlt"))
-    fit_shards(out, ["dlt"], FitSettings(min_points=4), overwrite=True)
+    fit_shards(out, ["dlt"], FitSettings(min_points=4), execution=Execution(overwrite=True))
     with pytest.raises(
         OutputError, match=r"settings\.homography\.settings\.min_points is 4 here but 12 there"
     ):
         render_footprints(out, FootprintSettings("dlt"))
-    summary = render_footprints(out, FootprintSettings("dlt"), overwrite=True)
+    summary = render_footprints(out, FootprintSettings("dlt"), execution=Execution(overwrite=True))
     assert summary.kept == 0
     assert verify_folder(out) == ()
 

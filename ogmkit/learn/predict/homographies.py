@@ -15,11 +15,12 @@ from ogmkit.homography.given import estimate
 from ogmkit.homography.leave_out import LeftOutErrors, box_errors
 from ogmkit.homography.result import Homography, finished
 from ogmkit.homography.settings import FitSettings
-from ogmkit.learn.checkpoints import checkpoint_file
 from ogmkit.learn.choices import NETWORK, common_cameras
 from ogmkit.learn.predict.frames import predict_frames
 from ogmkit.learn.predict.run import Run, open_run, require_grid, require_system
+from ogmkit.learn.runs import checkpoint_file
 from ogmkit.pipeline.amend import amend
+from ogmkit.pipeline.execution import Execution
 from ogmkit.pipeline.amendment import Groups
 from ogmkit.pipeline.geometry import frame_geometry
 from ogmkit.pipeline.homography_fit import HomographySummary
@@ -163,7 +164,7 @@ def predict_homographies(
     require_extracted(out, manifest, run.model.prediction_spec(None))
     settings = run.card.settings.to_dict()
     job = NetworkHomography(name, file, sha256, {key: settings[key] for key in _TOLD}, batch_size)
-    shards = amend(out, job, cameras=chosen, overwrite=overwrite, on_progress=on_progress)
+    shards = amend(out, job, cameras=chosen, execution=Execution(overwrite=overwrite, on_progress=on_progress))
     results = joined([shard.report for shard in shards])
     kept = sum(not shard.changed for shard in shards)
     summary = MethodSummary(name, results)
