@@ -3,14 +3,13 @@
 import functools
 import re
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any, TypeVar
 
 import click
 
-Function = TypeVar("Function", bound=Callable[..., Any])
+from .paths import EXISTING_FILE, EXISTING_FOLDER, FOLDER
 
-_FOLDER = click.Path(exists=True, file_okay=False, path_type=Path)
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 class NameList(click.ParamType):  # type: ignore[type-arg]  # not generic in older Click
@@ -36,6 +35,10 @@ class NameList(click.ParamType):  # type: ignore[type-arg]  # not generic in old
             if self.choices and name not in self.choices:
                 self.fail(f"{name!r} is not one of {', '.join(self.choices)}", param, ctx)
         return names
+
+    def split_envvar_value(self, rv: str) -> list[str]:
+        """An environment variable's value is one occurrence of the option."""
+        return [rv]
 
 
 def list_option(
@@ -74,10 +77,10 @@ def size(value: str | Sequence[int]) -> tuple[int, int]:
     return int(match[1]), int(match[2])
 
 
-dataroot_argument = click.argument("dataroot", type=_FOLDER)
+dataroot_argument = click.argument("dataroot", type=EXISTING_FOLDER)
 """DATAROOT, as `dataroot: Path`: an existing folder that holds `v1.0-*`, `samples` and `maps`."""
 
-shards_argument = click.argument("shards", type=_FOLDER)
+shards_argument = click.argument("shards", type=EXISTING_FOLDER)
 """SHARDS, as `shards: Path`: an existing folder that `ogmkit extract` wrote."""
 
 version_option = click.option(
@@ -89,7 +92,8 @@ version_option = click.option(
 scenes_option = list_option(
     "--scenes",
     metavar="NAME,…",
-    help="Scene names; repeat the option or separate them by commas.  [default: every scene]",
+    help="Scene names, or patterns such as 'scene-00*'; repeat the option or separate them by commas.  "
+    "[default: every scene]",
 )
 
 splits_option = list_option(
@@ -101,14 +105,14 @@ splits_option = list_option(
 
 split_file_option = click.option(
     "--split-file",
-    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    type=EXISTING_FILE,
     help="JSON file: split name → list of scene names.  [default: the dataset's splits.json, else the "
     "official splits]",
 )
 
 shards_split_file_option = click.option(
     "--split-file",
-    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    type=EXISTING_FILE,
     help="JSON file: split name → list of scene names.  [default: the splits that the shards were made with]",
 )
 
@@ -149,11 +153,16 @@ workers_option = click.option(
 
 cache_dir_option = click.option(
     "--cache-dir",
-    type=click.Path(file_okay=False, path_type=Path),
+    type=FOLDER,
     help="Folder for decoded map masks.  [default: the user's cache folder]",
 )
 
-json_option = click.option("--json", "as_json", is_flag=True, help="Write JSON to stdout instead of a table.")
+json_option = click.option(
+    "--json",
+    "as_json",
+    is_flag=True,
+    help="Write one JSON document to stdout instead, with the fields above.",
+)
 
 
 def cameras_option(*default: str) -> Callable[[Function], Function]:
@@ -181,14 +190,15 @@ def grid_options(function: Function) -> Function:
         ego_column: float | None,
         **kwargs: object,
     ) -> object:
-        from ogmkit.grid import GridSpec
+        from ogmkit.grid import GridSpec, default_ego
 
+        row, column = default_ego(rows, columns)
         grid = GridSpec(
             m_per_cell=cell_size,
             rows=rows,
             columns=columns,
-            ego_row=float(rows) if ego_row is None else ego_row,
-            ego_column=columns * 6 / 11 if ego_column is None else ego_column,
+            ego_row=row if ego_row is None else ego_row,
+            ego_column=column if ego_column is None else ego_column,
         )
         return function(*args, grid=grid, **kwargs)
 

@@ -13,7 +13,7 @@ from .progress import progress
 from .text import with_number
 
 if TYPE_CHECKING:
-    from ogmkit.footprints.settings import Method
+    from ogmkit.footprints.sets import Method
 
 
 @click.command(

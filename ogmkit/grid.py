@@ -12,6 +12,14 @@ _CELL_LIMITS_M = (1e-6, 1e6)
 _MAX_EGO_CELLS = 1e9
 
 
+def default_ego(rows: int, columns: int) -> tuple[float, float]:
+    """(row, column) of the ego, in cells from the top left corner, where nothing else is said.
+
+    It stands on the bottom edge, at 6/11 of the width, as in the paper's 1000 × 550 (design.md §1).
+    """
+    return float(rows), columns * 6 / 11
+
+
 @dataclass(frozen=True)
 class GridSpec:
     """A grid of square cells on the plane z = 0 of the level frame; x forward is up, y left is left.

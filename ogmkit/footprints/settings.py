@@ -2,12 +2,11 @@
 
 import math
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import get_args
 
 from ogmkit.errors import SettingsError
-
-Method = Literal["warp", "project", "full-body"]
-"""By a homography; exactly, from the boxes and the ground; or whole bodies, as an ordinary mask has them."""
+from ogmkit.footprints.sets import MaskKind, Method
+from ogmkit.homography.sources import SURFACE
 
 _MAX_SIDE_PX = 1 << 14
 
@@ -27,7 +26,7 @@ class FootprintSettings:
         SettingsError: the method is unknown, or the scale is not a positive number.
     """
 
-    homography: str = "surface"
+    homography: str = SURFACE
     method: Method = "warp"
     scale: float = 2.0
     name: str | None = None
@@ -42,13 +41,7 @@ class FootprintSettings:
     @property
     def set_name(self) -> str:
         """The name that the set is stored by."""
-        if self.name is not None:
-            return self.name
-        return {
-            "warp": self.homography,
-            "project": f"{self.homography}-project",
-            "full-body": "full-body",
-        }[self.method]
+        return MaskKind(self.method, self.homography).name if self.name is None else self.name
 
     def mask_size(self, image_size: tuple[int, int]) -> tuple[int, int]:
         """(height, width) of the masks of images of that size, rounded to whole pixels.

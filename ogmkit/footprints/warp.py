@@ -4,6 +4,7 @@ import cv2
 import numpy as np
 
 from ogmkit.errors import SettingsError
+from ogmkit.homography.projective import inverse_or_nan
 from ogmkit.typing import FloatArray, IntArray, UInt8Array
 
 _MAX_SIDE = 32_766  # what OpenCV 4 warps
@@ -37,18 +38,21 @@ def warp_to_bev(mask_image: UInt8Array, bev_from_image: FloatArray, shape: tuple
 
     Args:
         mask_image: (height, width) uint8.
-        bev_from_image: (3, 3), of the mask's pixels, not singular.
+        bev_from_image: (3, 3), of the mask's pixels.
         shape: (rows, columns) of the grid.
 
     Returns:
         (rows, columns) uint8; the nearest pixel's value.
 
     Raises:
-        SettingsError: as `warp_to_image`.
+        SettingsError: as `warp_to_image`, or the homography is singular.
     """
     _require_finite(bev_from_image)
     # The third coordinate of the inverse is 1/w: of the same sign.
-    return _warp(mask_image, np.asarray(np.linalg.inv(bev_from_image), dtype=np.float64), shape)
+    image_from_bev = inverse_or_nan(bev_from_image[None])[0]
+    if not np.isfinite(image_from_bev).all():
+        raise SettingsError("the homography is singular")
+    return _warp(mask_image, image_from_bev, shape)
 
 
 def require_warpable(shape: tuple[int, ...]) -> None:

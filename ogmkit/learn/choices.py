@@ -6,13 +6,12 @@ from pathlib import Path
 
 from ogmkit.base.names import unknown
 from ogmkit.errors import SettingsError
+from ogmkit.homography.sources import SURFACE, preferred_source
 from ogmkit.learn.perception_settings import MaskTraining
 from ogmkit.learn.settings import TrainSettings
 from ogmkit.shards import schema
 from ogmkit.shards.manifest import Manifest
 from ogmkit.shards.reader import Shard
-
-NETWORK, SURFACE = "network", "surface"
 
 
 def completed(settings: TrainSettings, shards: Path, manifest: Manifest) -> TrainSettings:
@@ -49,7 +48,7 @@ def preferred(shards: Path, manifest: Manifest, camera: str, kind: str) -> str:
     if not manifest.shards:
         return SURFACE
     with Shard(shards / manifest.shards[0].file) as shard:
-        return NETWORK if NETWORK in shard.added(camera, kind) else SURFACE
+        return preferred_source(shard.added(camera, kind)) or SURFACE
 
 
 def common_cameras(

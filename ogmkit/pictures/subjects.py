@@ -7,6 +7,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from ogmkit.footprints.sets import FULL_BODY
 from ogmkit.pictures import legend
 from ogmkit.pictures.bev_panel import Plan, draw_paths, draw_plane
 from ogmkit.pictures.camera_panel import draw_camera, draw_masks, draw_photo
@@ -15,7 +16,6 @@ from ogmkit.pictures.cells import agreement_colours, overlap, target_colours
 from ogmkit.pictures.masks import Masks, MaskSet
 from ogmkit.pictures.sheet import GAP, Panel, draw_tile
 from ogmkit.pictures.views import View
-from ogmkit.shards.remedies import FULL_BODY
 from ogmkit.typing import UInt8Array
 
 CAMERA_SIZE = PLANE_SIZE = 450, 800

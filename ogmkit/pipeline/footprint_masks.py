@@ -10,7 +10,8 @@ import numpy as np
 from ogmkit.base.names import unknown
 from ogmkit.errors import SettingsError, ShardError
 from ogmkit.footprints.faces import body_faces, fill, ground_faces
-from ogmkit.footprints.settings import FootprintSettings, Method
+from ogmkit.footprints.sets import Method
+from ogmkit.footprints.settings import FootprintSettings
 from ogmkit.footprints.terrain import HeightFunction, project_drivable
 from ogmkit.footprints.view import View
 from ogmkit.footprints.warp import require_warpable, warp_to_image

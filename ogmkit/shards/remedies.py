@@ -2,12 +2,8 @@
 
 from pathlib import Path
 
-from ogmkit.homography.methods import METHODS
-
-FULL_BODY = "full-body"
-
-_PROJECTED = "-project"
-_NETWORK = "network"
+from ogmkit.footprints.sets import FULL_BODY, mask_kind
+from ogmkit.homography.sources import is_network
 
 
 def homography_command(out: Path, source: str) -> str:
@@ -23,14 +19,8 @@ def footprints_command(out: Path, name: str) -> str:
 
 
 def _options(name: str) -> str:
-    if name == FULL_BODY:
-        return "--method full-body"
-    source = name.removesuffix(_PROJECTED)
-    if source not in METHODS and not is_network(source):
+    found = mask_kind(name)
+    if found is None:
         return f"--masks {name}"
-    return f"--method {'warp' if name == source else 'project'} --homography {source}"
-
-
-def is_network(source: str) -> bool:
-    """Whether a source of homographies is a network's, by its name: `network` or `network-…`."""
-    return source == _NETWORK or source.startswith(f"{_NETWORK}-")
+    options = f"--method {found.method}"
+    return options if found.method == FULL_BODY else f"{options} --homography {found.homography}"

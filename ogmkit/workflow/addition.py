@@ -6,7 +6,7 @@ from typing import Any
 
 from ogmkit.base.atomic import output_errors
 from ogmkit.footprints.settings import FootprintSettings
-from ogmkit.learn.choices import NETWORK
+from ogmkit.homography.sources import NETWORK
 from ogmkit.pictures.homography_plot import draw
 from ogmkit.pictures.png import write_png
 from ogmkit.pipeline.homography_fit import fit_shards

@@ -8,9 +8,10 @@ from typing import Any
 
 from ogmkit.errors import SettingsError
 from ogmkit.evaluation.settings import EvaluateSettings
+from ogmkit.footprints.sets import FULL_BODY, mask_kind
 from ogmkit.footprints.settings import FootprintSettings
 from ogmkit.homography.settings import FitSettings
-from ogmkit.learn.choices import NETWORK
+from ogmkit.homography.sources import NETWORK
 from ogmkit.learn.settings import TrainSettings
 from ogmkit.shards.settings import ExtractSettings
 
@@ -138,13 +139,11 @@ class Config:
         Raises:
             SettingsError: no set that can be made is called so.
         """
-        if name == "full-body":
-            return FootprintSettings(method="full-body", scale=self.masks.scale)
-        source = name.removesuffix("-project")
-        if source not in self.homographies:
-            known = ", ".join((*self.homographies, "full-body"))
+        found = mask_kind(name)
+        if found is None or (found.method != FULL_BODY and found.homography not in self.homographies):
+            known = ", ".join((*self.homographies, FULL_BODY))
             raise SettingsError(f"nothing makes the masks {name!r}; there are: {known}")
-        return FootprintSettings(source, "warp" if source == name else "project", self.masks.scale)
+        return FootprintSettings(found.homography, found.method, self.masks.scale)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values that, as a YAML file, are this configuration again; paths are absolute."""

@@ -10,11 +10,11 @@ from ogmkit.base.names import unknown
 from ogmkit.base.values import built, converted, field_names, mapping, require_known
 from ogmkit.errors import SettingsError
 from ogmkit.evaluation.settings import EvaluateSettings
-from ogmkit.grid import GridSpec
+from ogmkit.grid import GridSpec, default_ego
 from ogmkit.homography.methods import METHODS
 from ogmkit.homography.settings import FitSettings
+from ogmkit.homography.sources import preferred_source
 from ogmkit.learn.catalogue import CATALOGUE
-from ogmkit.learn.choices import NETWORK, SURFACE
 from ogmkit.pipeline.homography_fit import DEFAULT_METHODS
 from ogmkit.shards.settings import ExtractSettings
 from ogmkit.targets import TargetSettings
@@ -133,11 +133,11 @@ def _place(folder: Path, path: Path | str) -> Path:
 
 
 def _grid(values: Mapping[str, Any], where: str) -> GridSpec:
-    """The grid; the ego is by default where `ogmkit extract` has it, at the bottom and 6/11 of the width."""
     whole = GridSpec()
     rows = converted(values.get("rows", whole.rows), int, f"{where}: rows")
     columns = converted(values.get("columns", whole.columns), int, f"{where}: columns")
-    return built(GridSpec, {"ego_row": rows, "ego_column": columns * 6 / 11, **values}, where)
+    ego_row, ego_column = default_ego(rows, columns)
+    return built(GridSpec, {"ego_row": ego_row, "ego_column": ego_column, **values}, where)
 
 
 def _require_sets(config: Config, path: Path) -> None:
@@ -158,8 +158,7 @@ def _completed(config: Config, where: str) -> EvaluateSettings:
     """The settings with the homography filled in: what is learnt, if it is."""
     settings, known = config.evaluate, config.homographies
     if settings.homography is None:
-        found = next((source for source in (NETWORK, SURFACE) if source in known), None)
-        return replace(settings, homography=found)
+        return replace(settings, homography=preferred_source(known))
     if settings.homography not in known:
         there = ", ".join(known)
         raise SettingsError(f"{where}: homography: nothing makes {settings.homography!r}; there are: {there}")

@@ -8,7 +8,7 @@ from typing import Any, Literal, Protocol
 
 from ogmkit import __version__
 from ogmkit.base.differences import differences
-from ogmkit.learn.choices import NETWORK
+from ogmkit.homography.sources import NETWORK
 from ogmkit.pipeline.execution import Execution
 from ogmkit.workflow.records import Record, fingerprint
 

@@ -8,8 +8,8 @@ from typing import Any
 from ogmkit.base.names import unknown
 from ogmkit.base.values import mapping, require_known
 from ogmkit.errors import SettingsError
+from ogmkit.homography.sources import SURFACE, preferred_source
 from ogmkit.learn.catalogue import all_settings, entry_of, require_read, systems_of
-from ogmkit.learn.choices import NETWORK, SURFACE
 from ogmkit.learn.perception_settings import EncoderTraining
 from ogmkit.learn.planner_settings import HolisticTraining
 from ogmkit.learn.settings import stated_fields
@@ -36,7 +36,7 @@ def read_trainings(config: Config, values: Mapping[str, Any], path: Path) -> Con
     reader = _Reader(values, path, {"workers": config.readers}, common)
     if HOMOGRAPHY in values:  # decides what the others learn from
         config = replace(config, homography=reader.single(HOMOGRAPHY, {}))
-    chosen = SURFACE if config.homography is None else NETWORK
+    chosen = preferred_source(config.homographies) or SURFACE
     if FOOTPRINTS in values:
         config = replace(config, footprints=reader.single(FOOTPRINTS, {"masks": chosen}))
     config = replace(
@@ -177,7 +177,7 @@ def _require_made(config: Config, training: Training, where: str) -> None:
         try:
             config.footprint_set(settings.masks_learnt)
         except SettingsError as error:
-            raise SettingsError(f"{where}: masks: {error}") from error
+            raise SettingsError(f"{where}: masks: {error}; homography_fit: methods adds some") from error
 
 
 def _require_same_encoder(config: Config, training: Training, where: str) -> None:

@@ -15,13 +15,15 @@ from ogmkit.homography.given import estimate
 from ogmkit.homography.leave_out import LeftOutErrors, box_errors
 from ogmkit.homography.result import Homography, finished
 from ogmkit.homography.settings import FitSettings
-from ogmkit.learn.choices import NETWORK, common_cameras
+from ogmkit.homography.sources import NETWORK, is_network
+from ogmkit.learn.choices import common_cameras
+from ogmkit.learn.devices import device_name
 from ogmkit.learn.predict.frames import predict_frames
 from ogmkit.learn.predict.run import Run, open_run, require_grid, require_system
 from ogmkit.learn.runs import checkpoint_file
 from ogmkit.pipeline.amend import amend
-from ogmkit.pipeline.execution import Execution
 from ogmkit.pipeline.amendment import Groups
+from ogmkit.pipeline.execution import Execution
 from ogmkit.pipeline.geometry import frame_geometry
 from ogmkit.pipeline.homography_fit import HomographySummary
 from ogmkit.pipeline.homography_rows import store_homographies
@@ -33,7 +35,6 @@ from ogmkit.shards.additions import require_name
 from ogmkit.shards.fields import AddedKind
 from ogmkit.shards.manifest import file_sha256, read_manifest
 from ogmkit.shards.reader import Shard
-from ogmkit.shards.remedies import is_network
 from ogmkit.shards.sink import ShardFile
 from ogmkit.shards.structure import sizes
 from ogmkit.typing import FloatArray
@@ -164,7 +165,9 @@ def predict_homographies(
     require_extracted(out, manifest, run.model.prediction_spec(None))
     settings = run.card.settings.to_dict()
     job = NetworkHomography(name, file, sha256, {key: settings[key] for key in _TOLD}, batch_size)
-    shards = amend(out, job, cameras=chosen, execution=Execution(overwrite=overwrite, on_progress=on_progress))
+    execution = Execution(overwrite=overwrite, on_progress=on_progress)
+    where = f"{run.path} on {device_name()}"
+    shards = amend(out, job, cameras=chosen, execution=execution, where=where)
     results = joined([shard.report for shard in shards])
     kept = sum(not shard.changed for shard in shards)
     summary = MethodSummary(name, results)

@@ -1,0 +1,29 @@
+"""Names of the sources that homographies come from: the methods of `homography-fit`, and networks."""
+
+import re
+from collections.abc import Collection
+
+from ogmkit.homography.methods import METHODS
+
+SURFACE, NETWORK = "surface", "network"
+
+_NETWORK_NAME = re.compile(rf"{NETWORK}(-.+)?")
+
+
+def is_network(source: str) -> bool:
+    """Whether a source is a network: `network` or `network-…`."""
+    return _NETWORK_NAME.fullmatch(source) is not None
+
+
+def is_source(name: str) -> bool:
+    """Whether the name is that of a method or of a network."""
+    return name in METHODS or is_network(name)
+
+
+def preferred_source(available: Collection[str]) -> str | None:
+    """What masks are warped with unless told otherwise: `network`, as in the paper, else `surface`.
+
+    Returns:
+        None where neither is available.
+    """
+    return next((source for source in (NETWORK, SURFACE) if source in available), None)
