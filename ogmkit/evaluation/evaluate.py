@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from ogmkit.base.names import with_number
+from ogmkit.base.news import Found, tell
 from ogmkit.evaluation.baselines import ALL_DRIVABLE, MEAN_MAP, Ceilings
 from ogmkit.evaluation.entrants import Entrant, entrants_of
 from ogmkit.evaluation.progress import Progress, spread, ticker
@@ -61,6 +63,7 @@ def evaluate(
     warped = Ceilings(scope.sources, scope.homography, chosen.scale)
     fixed = (ALL_DRIVABLE, *((MEAN_MAP,) if training else ()), *warped.names)
     entrants = entrants_of(runs, scope, fixed)
+    tell(Found(f"{scope.index.counted('frame')}; {with_number(len(entrants), 'run')}"))
     tick = ticker(on_progress, training + len(scope.index) * (len(entrants) + 1))
     scorer = Scorer(scope, chosen.threshold, tick)
     for_free = scorer.fixed(fixed, warped)  # first: it is quick, and finds what is wrong with the shards

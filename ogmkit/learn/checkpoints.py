@@ -16,7 +16,6 @@ from ogmkit.base.atomic import replacing
 from ogmkit.errors import CheckpointError, OgmkitError, SettingsError
 from ogmkit.grid import GridSpec
 from ogmkit.learn.catalogue import settings_from_dict
-from ogmkit.learn.runs import BEST, LAST
 from ogmkit.learn.settings import TrainSettings
 from ogmkit.learn.systems.base import System
 from ogmkit.learn.systems.registry import build_system
@@ -105,20 +104,6 @@ class AtomicCheckpointIO(TorchCheckpointIO):
         """
         del weights_only, map_location
         return read_checkpoint(Path(path))[1]
-
-
-def checkpoint_file(path: Path) -> Path:
-    """The checkpoint that a path means: itself, or the best one of a RUN folder.
-
-    Raises:
-        CheckpointError: there is none.
-    """
-    if path.is_file():
-        return path
-    for name in (BEST, LAST):
-        if (path / name).is_file():
-            return path / name
-    raise CheckpointError(f"{path}: is no checkpoint and holds none; choose a RUN that `ogmkit train` wrote")
 
 
 def read_checkpoint(path: Path, *, mapped: bool = False) -> tuple[Card, dict[str, Any]]:

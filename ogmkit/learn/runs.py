@@ -4,8 +4,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Protocol
 
-import yaml
-
 from ogmkit.base.atomic import is_part, output_errors, replacing, write_json
 from ogmkit.base.differences import differences
 from ogmkit.errors import CheckpointError, OutputError
@@ -31,6 +29,8 @@ class Plain(Protocol):
 
 def as_yaml(settings: Plain) -> str:
     """Settings as a YAML file has them."""
+    import yaml  # noqa: PLC0415  # comes with the extra `train`
+
     text: str = yaml.safe_dump(settings.to_dict(), sort_keys=False, allow_unicode=True)
     return text
 
@@ -41,6 +41,8 @@ def read_yaml(path: Path) -> dict[str, Any]:
     Raises:
         CheckpointError: it is absent, too large, no YAML, or no mapping.
     """
+    import yaml  # noqa: PLC0415  # comes with the extra `train`
+
     try:
         if path.stat().st_size > _MAX_BYTES:
             raise CheckpointError(f"{path}: is too large for settings; choose another file")
@@ -75,17 +77,57 @@ def open_folder(
     """
     with output_errors(run):
         run.mkdir(parents=True, exist_ok=True)
+    if overwrite:
+        _require_training(run)
+        _clear(run)
+    else:
+        require_resumable(run, settings, scenes)
+    with replacing(run / CONFIG) as part:
+        part.write_text(as_yaml(settings), encoding="utf-8")
+    write_json(run / SPLITS, scenes)
+
+
+def require_resumable(run: Path, settings: TrainSettings, scenes: Mapping[str, tuple[str, ...]]) -> None:
+    """Refuse a folder in which a training can neither begin nor resume; writes nothing.
+
+    Args:
+        run: the folder; may be absent.
+        settings: of the training.
+        scenes: split → its scenes.
+
+    Raises:
+        OutputError: the folder holds something else, or a training with other settings or scenes.
+    """
+    if run.exists() and _require_training(run):
+        _require_same(run, settings, scenes)
+
+
+def checkpoint_file(path: Path) -> Path:
+    """The checkpoint that a path means: itself, or the best one of a RUN folder.
+
+    Raises:
+        CheckpointError: there is none.
+    """
+    if path.is_file():
+        return path
+    for name in (BEST, LAST):
+        if (path / name).is_file():
+            return path / name
+    raise CheckpointError(f"{path}: is no checkpoint and holds none; choose a RUN that `ogmkit train` wrote")
+
+
+def _require_training(run: Path) -> bool:
+    """Refuse a folder that holds something else than a training; tell whether it holds one.
+
+    Raises:
+        OutputError: it does.
+    """
+    with output_errors(run):
         # A kill at the wrong moment leaves these two of a training that had just begun.
         names = {path.name for path in run.iterdir() if not is_part(path)} - {TENSORBOARD}
     if names and CONFIG not in names:
         raise OutputError(f"{run}: is not empty, and no training made it; choose another --out")
-    if names and not overwrite:
-        _require_same(run, settings, scenes)
-    if overwrite:
-        _clear(run)
-    with replacing(run / CONFIG) as part:
-        part.write_text(as_yaml(settings), encoding="utf-8")
-    write_json(run / SPLITS, scenes)
+    return bool(names)
 
 
 def _require_same(run: Path, settings: TrainSettings, scenes: Mapping[str, tuple[str, ...]]) -> None:

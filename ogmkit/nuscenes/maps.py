@@ -15,6 +15,7 @@ from filelock import FileLock
 from PIL.Image import Image
 from platformdirs import user_cache_path
 
+from ogmkit.base.news import Waiting, tell
 from ogmkit.errors import DataFileError, OutputError
 from ogmkit.nuscenes.png import read_grey_png
 from ogmkit.typing import UInt8Array
@@ -131,6 +132,7 @@ class MaskStore:
         if header is None:
             with _cache_errors(decoded.parent):
                 decoded.parent.mkdir(parents=True, exist_ok=True)
+                tell(Waiting(f"decoding map {png.name}"))
                 # One lock for all masks: decoding takes a byte a pixel, so never two at a time.
                 with FileLock(decoded.parent / "decoding.lock"):
                     header = _current_header(decoded, state) or _decode(png, decoded, state)

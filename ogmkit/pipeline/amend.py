@@ -131,7 +131,10 @@ def _tasks(
 
 def _found(tasks: Sequence[_Task[Report]]) -> str:
     """What there is to do, in words."""
-    scenes, frames = with_number(len(tasks), "scene"), with_number(sum(task.frames for task in tasks), "frame")
+    scenes, frames = (
+        with_number(len(tasks), "scene"),
+        with_number(sum(task.frames for task in tasks), "frame"),
+    )
     there = sum(not task.pending for task in tasks)
     done = f"; {with_number(there, 'scene')} had it all before" if there else ""
     return f"{scenes}, {frames} of {', '.join(tasks[0].cameras)}{done}"

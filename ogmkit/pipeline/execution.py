@@ -47,7 +47,7 @@ class Execution:
         """Where the work is done, in words."""
         if self.executor is not None:
             return "on the executor given"
-        return "in this process" if self.workers <= 1 else with_number(self.workers, "worker process")
+        return "in this process" if self.workers <= 1 else f"in {with_number(self.workers, 'worker process')}"
 
     def report(self, done: int, total: int) -> None:
         """Tell the caller how far the work is."""

@@ -3,10 +3,11 @@
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from ogmkit.base.names import unknown
+from ogmkit.base.names import matching, unknown
 from ogmkit.errors import SettingsError
 from ogmkit.nuscenes.categories import require_known
 from ogmkit.nuscenes.dataset import Dataset
+from ogmkit.pipeline.sources import SceneSource
 from ogmkit.shards.settings import ExtractSettings
 
 
@@ -17,17 +18,16 @@ def select_scenes(
 
     Args:
         dataset: the dataset.
-        names: scenes; none means all.
+        names: scenes, or patterns of their names such as `scene-00*`; none means all.
         splits: only the scenes of these; none means no such limit.
         split_file: where the splits stand; the dataset's own by default.
 
     Raises:
-        SettingsError: a scene or split is unknown, or no scene is left.
+        SettingsError: a scene or split is unknown, a pattern matches none, or no scene is left.
         TableError: the split file is absent or malformed.
     """
     present = dataset.scene_names()
-    _require("scene", names, present, dataset.root)
-    chosen = set(names or present)
+    chosen = set(matching("scene", names, present, dataset.root))
     if splits:
         chosen &= {scene for split in splits for scene in dataset.split(split, split_file)}
     if not chosen:
@@ -36,7 +36,7 @@ def select_scenes(
     return tuple(name for name in present if name in chosen)
 
 
-def require_known_names(dataset: Dataset, settings: ExtractSettings, scenes: Sequence[str]) -> None:
+def require_known_names(dataset: SceneSource, settings: ExtractSettings, scenes: Sequence[str]) -> None:
     """Check scenes, cameras and categories against the dataset, before anything is written.
 
     Raises:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ogmkit.base.names import unknown
+from ogmkit.base.names import unknown, with_number
 from ogmkit.errors import SettingsError, TrainingError
 from ogmkit.grid import GridSpec
 from ogmkit.pipeline.amendment import chosen_cameras
@@ -53,6 +53,11 @@ class FrameIndex:
     def place(self, i: int) -> tuple[str, str, int]:
         """Scene, camera and frame of a sample."""
         return self.scenes[self.shard[i]], self.cameras[self.camera[i]], int(self.frame[i])
+
+    def counted(self, sample: str) -> str:
+        """The samples, each called so, with scenes and cameras: `40 frames of 2 scenes, CAM_FRONT`."""
+        scenes = with_number(len(np.unique(self.shard)), "scene")
+        return f"{with_number(len(self), sample)} of {scenes}, {', '.join(self.cameras)}"
 
 
 def index_frames(

@@ -55,7 +55,7 @@ class Train:
         if weights is not None and Path(weights).is_file():
             values["encoder_weights"] = file_sha256(Path(weights))
         if self._perception is not None and self._perception not in self._trained_here:
-            from ogmkit.learn.checkpoints import checkpoint_file  # noqa: PLC0415  # torch
+            from ogmkit.learn.runs import checkpoint_file  # noqa: PLC0415  # YAML
 
             values["perception"] = file_sha256(checkpoint_file(Path(self._perception)))
         return values
@@ -71,7 +71,7 @@ class Train:
 
     def run(self, call: Call) -> Made:
         """Train, or go on."""
-        from ogmkit.learn.checkpoints import checkpoint_file  # noqa: PLC0415  # torch
+        from ogmkit.learn.runs import checkpoint_file  # noqa: PLC0415  # YAML
         from ogmkit.learn.training.train import train  # noqa: PLC0415  # torch
 
         run, begun = self.config.run_folder(self.training.name), False

@@ -6,8 +6,9 @@ import torch
 from ogmkit.errors import CheckpointError, SettingsError
 from ogmkit.grid import GridSpec
 from ogmkit.learn.catalogue import CATALOGUE
-from ogmkit.learn.checkpoints import Card, checkpoint_file, load_system, read_checkpoint
+from ogmkit.learn.checkpoints import Card, load_system, read_checkpoint
 from ogmkit.learn.predict.run import open_run, require_grid, require_system
+from ogmkit.learn.runs import checkpoint_file
 from ogmkit.learn.systems.registry import build_system
 
 GRID = GridSpec(0.5, 40, 30, 40.0, 17.0)

@@ -5,6 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ogmkit.base.names import with_number
+from ogmkit.base.news import Found, tell
 from ogmkit.evaluation.planning.planners import planners_of, plans_of
 from ogmkit.evaluation.planning.result import PlanEvaluation, PlanFigure, PlanSample
 from ogmkit.evaluation.planning.sequences import Sequences, sequences_of
@@ -68,6 +70,7 @@ def evaluate_plans(
     planners = planners_of(
         runs, shards, chosen.split, sequences, homography=chosen.homography, reserved=FIXED
     )
+    tell(Found(f"{sequences.index.counted('sequence')}; {with_number(len(planners), 'run')}"))
     passes = 1 + len(planners) + bool(planners)
     tick = ticker(on_progress, passes * len(sequences))
     # The rows for free first: that is quick, and finds what is wrong with the shards.

@@ -12,6 +12,7 @@ from torch import Tensor
 from torch.utils.data import DataLoader, Dataset, Sampler
 
 from ogmkit.errors import OgmkitError, SettingsError
+from ogmkit.pipeline.execution import interrupts_blocked
 
 Key = tuple[int, int]
 """Place of a sample in its dataset, and seed of its augmentation."""
@@ -103,7 +104,9 @@ class BatchLoader(DataLoader[dict[str, Tensor]]):
 
     def __iter__(self) -> Any:  # noqa: ANN401  # torch's own iterator is private
         try:
-            yield from super().__iter__()
+            with interrupts_blocked():  # in the workers, for good: Ctrl-C lets a step end, which needs them
+                batches = super().__iter__()
+            yield from batches
         except OgmkitError as error:
             # A worker's error arrives as the text of its traceback, which ends in "<class>: <message>".
             *traceback, last = str(error).rstrip().split("\n")

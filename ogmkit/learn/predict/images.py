@@ -5,8 +5,11 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from ogmkit.base.names import with_number
+from ogmkit.base.news import Found, tell
 from ogmkit.errors import OutputError
 from ogmkit.homography.result import Homography
+from ogmkit.learn.devices import device_name
 from ogmkit.learn.predict.calibration_file import Calibration, CalibrationFile, read_calibration_file
 from ogmkit.learn.predict.files import Group, Row, attributes, open_folder, reported, write_h5, write_pngs
 from ogmkit.learn.predict.image_folder import IMAGES, SWEEPS, inputs_in, stem
@@ -71,6 +74,7 @@ def predict_images(
         else:
             homographies = predicted_homographies(inputs, network)
     open_folder(job.out)
+    tell(Found(f"{with_number(len(paths), 'input')}; {run.path} on {device_name()}"))
     rows = reported(_rows(inputs, run, homographies), len(paths), on_progress)
     if job.form == "png":
         files = sum(len(write_pngs(job.out, row)) for row in rows)

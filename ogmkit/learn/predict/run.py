@@ -6,15 +6,17 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import torch
 from torch import Tensor
 
 from ogmkit.base.differences import differences
+from ogmkit.base.news import Waiting, tell
 from ogmkit.errors import CheckpointError, SettingsError
 from ogmkit.grid import GridSpec
 from ogmkit.learn.catalogue import CATALOGUE, Output
-from ogmkit.learn.checkpoints import Card, checkpoint_file, read_checkpoint, system_of
+from ogmkit.learn.checkpoints import Card, read_checkpoint, system_of
+from ogmkit.learn.devices import best_device, device_name
 from ogmkit.learn.perception_settings import ImageTraining
+from ogmkit.learn.runs import checkpoint_file
 from ogmkit.learn.systems.base import System
 from ogmkit.metrics.plan import PlannedFrame
 from ogmkit.samples.index import FrameIndex
@@ -47,8 +49,7 @@ class Run:
         Raises:
             CheckpointError: the weights are not this system's.
         """
-        device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
-        return system_of(self.checkpoint, self.card, self.weights).to(device)
+        return system_of(self.checkpoint, self.card, self.weights).to(best_device())
 
     def release(self) -> None:
         """Let the network go; it is built again when asked for."""
@@ -123,6 +124,7 @@ class Run:
         from ogmkit.learn.predict.frames import predict_frames  # noqa: PLC0415  # it needs Run
 
         try:
+            tell(Waiting(f"{self.path} on {device_name()}"))
             spec = self.model.prediction_spec(homography)
             yield from predict_frames(self, index, spec, batch_size=batch_size, workers=workers)
         finally:
@@ -138,6 +140,7 @@ class Run:
         from ogmkit.learn.predict.plans.inference import predict_plans  # noqa: PLC0415  # it needs Run
 
         try:
+            tell(Waiting(f"{self.path} on {device_name()}"))
             spec = self.model.prediction_spec(homography)
             yield from predict_plans(self, index, spec, batch_size=batch_size, workers=workers)
         finally:

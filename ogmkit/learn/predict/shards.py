@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from ogmkit.base.atomic import require_outside
-from ogmkit.base.names import unknown
-from ogmkit.errors import SettingsError
+from ogmkit.base.news import Found, tell
 from ogmkit.learn.choices import common_cameras, preferred
+from ogmkit.learn.devices import device_name
+from ogmkit.learn.predict.choice import Choice
 from ogmkit.learn.predict.files import (
     Format,
     Group,
@@ -27,9 +28,8 @@ from ogmkit.learn.predict.frames import predict_frames
 from ogmkit.learn.predict.run import Run, open_run, require_grid, require_system
 from ogmkit.samples.index import FrameIndex, index_frames
 from ogmkit.samples.spec import SampleSpec
-from ogmkit.samples.splits import split_scenes
 from ogmkit.shards import schema
-from ogmkit.shards.manifest import Manifest, read_manifest
+from ogmkit.shards.manifest import read_manifest
 from ogmkit.shards.reader import Shard
 from ogmkit.typing import BoolArray
 
@@ -77,47 +77,6 @@ class PredictionSummary:
     seconds: float
 
 
-@dataclass(frozen=True)
-class Choice:
-    """Which frames of a folder of shards.
-
-    Attributes:
-        scenes: names; none means all.
-        splits: only the scenes of these; none means no such limit.
-        split_file: where the splits stand; the manifest by default.
-        cameras: channels; none means all that the run knows.
-        limit: frames at most, evenly spread; None for all.
-    """
-
-    scenes: tuple[str, ...] = ()
-    splits: tuple[str, ...] = ()
-    split_file: Path | None = None
-    cameras: tuple[str, ...] = ()
-    limit: int | None = None
-
-    def scenes_of(self, shards: Path, manifest: Manifest) -> tuple[str, ...]:
-        """The chosen scenes, in the manifest's order.
-
-        Raises:
-            SettingsError: a scene or split is unknown, or no scene is left.
-            TableError: the split file is absent or malformed.
-        """
-        present = tuple(entry.scene for entry in manifest.shards)
-        for name in self.scenes:
-            if name not in present:
-                raise SettingsError(f"{shards}: {unknown('scene', name, present)}")
-        chosen = set(self.scenes or present)
-        if self.splits:
-            known = split_scenes(manifest, split_file=self.split_file)
-            for split in self.splits:
-                if split not in known:
-                    raise SettingsError(f"{shards}: {unknown('split', split, tuple(known))}")
-            chosen &= {name for split in self.splits for name in known[split]}
-        if not chosen:
-            raise SettingsError(f"{shards}: none of the chosen scenes is in split {', '.join(self.splits)}")
-        return tuple(name for name in present if name in chosen)
-
-
 def predict_shards(
     job: PredictionJob,
     shards: Path,
@@ -156,6 +115,7 @@ def predict_shards(
         source = homography or preferred(shards, manifest, cameras[0], schema.HOMOGRAPHY.name)
     spec = run.model.prediction_spec(source)
     index = index_frames(shards, scenes, cameras, needs=spec, valid_only=False, limit=choice.limit)
+    tell(Found(f"{index.counted('frame')}; {run.path} on {device_name()}"))
     rows = reported(_rows(run, index, spec, job), len(index), on_progress)
     open_folder(job.out)
     if job.form == "png":

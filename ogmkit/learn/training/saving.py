@@ -1,12 +1,7 @@
 """Checkpoints of a training: where it stands, so that it can go on exactly there."""
 
 import dataclasses
-import signal
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from types import FrameType
 from typing import Any
 
 from lightning.pytorch import Callback, LightningModule, Trainer
@@ -15,13 +10,7 @@ from ogmkit.learn.checkpoints import KEY, AtomicCheckpointIO, Card
 from ogmkit.learn.data.loader import EpochBatches
 from ogmkit.learn.runs import BEST, LAST
 from ogmkit.learn.systems.base import System
-
-
-class Interrupted(Exception):  # noqa: N818  # no error
-    """The user pressed Ctrl-C, and what could be saved is saved.
-
-    Not a KeyboardInterrupt: Lightning would end the process on that.
-    """
+from ogmkit.learn.training.interrupts import Interrupted, Interrupts
 
 
 class Checkpoints(Callback):
@@ -31,17 +20,21 @@ class Checkpoints(Callback):
         run: the training's folder.
         card: what the checkpoints say of themselves; epoch and batches are filled in.
         batches: the sampler of training batches, which follows the epoch.
+
+    Attributes:
+        interrupts: what asks to stop.
+        resumed_step: where the training resumed; 0 where it began.
     """
 
     def __init__(self, run: Path, card: Card, batches: EpochBatches) -> None:
         self._run = run
         self._card = card
+        self.interrupts = Interrupts()
         self._batches = batches
         self._done = card.epoch, card.batches
         self._saved_step = 0
         self.resumed_step = 0
         self._best: float | None = None
-        self._interrupted = False
 
     @property
     def step(self) -> int:
@@ -53,26 +46,9 @@ class Checkpoints(Callback):
         """The best score so far; None before the first validation."""
         return self._best
 
-    @contextmanager
-    def holding_interrupts(self) -> Iterator[None]:
-        """Inside, Ctrl-C waits for the end of a step; a second one doesn't, and nothing more is saved.
-
-        Raises:
-            Interrupted: the step is saved, or Ctrl-C came twice.
-        """
-        if threading.current_thread() is not threading.main_thread():
-            yield  # Python raises KeyboardInterrupt in the main thread only
-            return
-        previous = signal.signal(signal.SIGINT, self._interrupt)
-        try:
-            yield
-        finally:
-            signal.signal(signal.SIGINT, previous)
-
     def on_train_start(self, trainer: Trainer, pl_module: LightningModule) -> None:
-        """SIGTERM, by which schedulers announce that time is up, does as Ctrl-C; Lightning resets it."""
-        if threading.current_thread() is threading.main_thread():
-            signal.signal(signal.SIGTERM, self._interrupt)
+        """Take SIGTERM from Lightning."""
+        self.interrupts.hold_sigterm()
 
     def on_train_epoch_start(self, trainer: Trainer, pl_module: LightningModule) -> None:
         """A whole epoch begins."""
@@ -87,6 +63,11 @@ class Checkpoints(Callback):
         if stepped and not trainer.is_last_batch:  # at the epoch's end, validation comes first
             self._save_if_due(trainer)
 
+    def on_validation_start(self, trainer: Trainer, pl_module: LightningModule) -> None:
+        """From here on, Ctrl-C waits for the validation."""
+        if not trainer.sanity_checking:
+            self.interrupts.begin("validation")
+
     def on_validation_end(self, trainer: Trainer, pl_module: LightningModule) -> None:
         """Save the best state."""
         if trainer.sanity_checking or not isinstance(pl_module, System):
@@ -100,6 +81,7 @@ class Checkpoints(Callback):
 
     def on_train_epoch_end(self, trainer: Trainer, pl_module: LightningModule) -> None:
         """Save where it is time to, and at the end."""
+        self.interrupts.begin("step")
         self._done = trainer.current_epoch + 1, 0
         steps, epochs = self._card.settings.max_steps, self._card.settings.epochs
         ends = trainer.current_epoch + 1 >= epochs or (steps is not None and trainer.global_step >= steps)
@@ -122,11 +104,11 @@ class Checkpoints(Callback):
 
     def _save_if_due(self, trainer: Trainer, *, ends: bool = False) -> None:
         steps = trainer.global_step - self._saved_step
-        if not (ends or self._interrupted or steps >= self._card.settings.checkpoint_every):
+        if not (ends or self.interrupts.asked or steps >= self._card.settings.checkpoint_every):
             return
         self._saved_step = trainer.global_step
         trainer.save_checkpoint(self._run / LAST)
-        if self._interrupted:
+        if self.interrupts.asked:
             raise Interrupted
 
     def _save_best(self, trainer: Trainer, system: System) -> None:
@@ -138,8 +120,3 @@ class Checkpoints(Callback):
     def _card_now(self) -> dict[str, Any]:
         epoch, batches = self._done
         return dataclasses.replace(self._card, epoch=epoch, batches=batches).to_dict()
-
-    def _interrupt(self, number: int, frame: FrameType | None) -> None:
-        if self._interrupted:
-            raise Interrupted
-        self._interrupted = True

@@ -3,8 +3,8 @@
 import logging
 import time
 import warnings
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,9 +13,8 @@ from lightning.pytorch import Callback, Trainer, seed_everything
 from lightning.pytorch.loggers import TensorBoardLogger
 from lightning.pytorch.utilities import rank_zero_only
 
-from ogmkit.errors import SettingsError, TrainingError
+from ogmkit.base.news import Found, Waiting, listening, tell
 from ogmkit.learn.checkpoints import AtomicCheckpointIO, Card, read_checkpoint
-from ogmkit.learn.choices import completed
 from ogmkit.learn.data.augment import Augmentation
 from ogmkit.learn.data.module import ShardDataModule
 from ogmkit.learn.perception_settings import ImageTraining
@@ -23,11 +22,13 @@ from ogmkit.learn.runs import LAST, METRICS, SAMPLES, TENSORBOARD, open_folder
 from ogmkit.learn.settings import TrainSettings
 from ogmkit.learn.systems.base import System
 from ogmkit.learn.systems.registry import build_system
-from ogmkit.learn.training.saving import Checkpoints, Interrupted
+from ogmkit.learn.training.found import first_line
+from ogmkit.learn.training.interrupts import Interrupted
+from ogmkit.learn.training.plan import plan_training
+from ogmkit.learn.training.progress import Progress
+from ogmkit.learn.training.saving import Checkpoints
 from ogmkit.learn.training.warm_start import require_perception, warm_start
-from ogmkit.learn.training.watching import Metrics, Progress, Samples
-from ogmkit.samples.splits import split_scenes
-from ogmkit.shards.manifest import Manifest, read_manifest
+from ogmkit.learn.training.watching import Metrics, Samples
 
 
 @dataclass(frozen=True)
@@ -89,16 +90,15 @@ def train(
         KeyboardInterrupt: Ctrl-C, after the step was finished and saved.
     """
     started = time.monotonic()
-    manifest = read_manifest(shards)
-    full = require_perception(completed(settings, shards, manifest), manifest.settings.targets.grid)
-    scenes = _scenes(full, manifest, split_file)
-    with _quiet():
+    plan = plan_training(settings, shards, run, split_file=split_file, overwrite=overwrite)
+    full = require_perception(plan.settings, plan.grid)
+    with _quiet(), listening(None) if _helps() else nullcontext():
         seed_everything(full.seed, verbose=False)
-        system = build_system(full, manifest.settings.targets.grid, full.cameras)
-        data = _data(full, shards, scenes, system)
+        system = build_system(full, plan.grid, full.cameras)
+        data = _data(full, shards, plan.scenes, system)
         if not _helps():
-            open_folder(run, full, scenes, overwrite=overwrite)
-        saving = _fit(system, data, run, on_progress)
+            open_folder(run, full, plan.scenes, overwrite=overwrite)
+        saving = _fit(system, data, run, plan.scenes, on_progress)
     if _helps():
         return None
     return TrainSummary(
@@ -113,29 +113,8 @@ def train(
     )
 
 
-def _scenes(
-    settings: TrainSettings, manifest: Manifest, split_file: Path | None
-) -> dict[str, tuple[str, ...]]:
-    """The scenes of both splits."""
-    splits = split_scenes(manifest, split_file=split_file, ratio=settings.split_ratio, seed=settings.seed)
-    names = (
-        ("train", "val") if settings.split_ratio is not None else (settings.train_split, settings.val_split)
-    )
-    for name in names:
-        if not splits.get(name):
-            known = ", ".join(sorted(split for split, found in splits.items() if found)) or "none"
-            raise TrainingError(
-                f"split {name!r} has no scene among the shards (there is {known}); "
-                "choose others, or divide them by --split-ratio"
-            )
-    shared = set(splits[names[0]]) & set(splits[names[1]])
-    if shared:
-        raise SettingsError(f"scene {min(shared)} is in both splits, {names[0]} and {names[1]}")
-    return {name: splits[name] for name in names}
-
-
 def _data(
-    settings: TrainSettings, shards: Path, scenes: dict[str, tuple[str, ...]], system: System
+    settings: TrainSettings, shards: Path, scenes: Mapping[str, tuple[str, ...]], system: System
 ) -> ShardDataModule:
     train_scenes, val_scenes = scenes.values()
     augmentation = (
@@ -159,7 +138,11 @@ def _data(
 
 
 def _fit(
-    system: System, data: ShardDataModule, run: Path, on_progress: Callable[[int, int], None] | None
+    system: System,
+    data: ShardDataModule,
+    run: Path,
+    scenes: Mapping[str, tuple[str, ...]],
+    on_progress: Callable[[int, int], None] | None,
 ) -> Checkpoints:
     settings, last, step = system.settings, run / LAST, 0
     card = Card(settings, system.grid, system.cameras)
@@ -168,21 +151,26 @@ def _fit(
         step = int(content["global_step"])
         card = Card(settings, system.grid, system.cameras, there.epoch, there.batches)
         data.train_batches.epoch, data.train_batches.skip = card.epoch, card.batches
-    else:
-        warm_start(system)
-        if system.prepare_spec is not None:
-            system.prepare(data.plain_train_dataloader(system.prepare_spec))
+    tell(Found(first_line(settings, data, scenes, run, step)))
+    if not last.exists():
+        _begin(system, data)
     saving = Checkpoints(run, card, data.train_batches)
-    watching: list[Callback] = [Metrics(run / METRICS), Samples(run / SAMPLES)]
-    if on_progress is not None:
-        watching.append(Progress(on_progress))
+    watching: list[Callback] = [Metrics(run / METRICS), Samples(run / SAMPLES), Progress(on_progress)]
     trainer = _trainer(settings, run, step, [saving, *watching])
     try:
-        with saving.holding_interrupts():
+        with saving.interrupts.held():
             trainer.fit(system, datamodule=data, ckpt_path=last if last.exists() else None)
     except Interrupted as interrupted:
         raise KeyboardInterrupt from interrupted
     return saving
+
+
+def _begin(system: System, data: ShardDataModule) -> None:
+    """Give a fresh system what it begins with."""
+    warm_start(system)
+    if system.prepare_spec is not None:
+        tell(Waiting("reading the training samples once, for their statistics"))
+        system.prepare(data.plain_train_dataloader(system.prepare_spec))
 
 
 def _trainer(settings: TrainSettings, run: Path, step: int, callbacks: list[Callback]) -> Trainer:

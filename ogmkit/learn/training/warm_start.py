@@ -5,9 +5,10 @@ from pathlib import Path
 from ogmkit.base.differences import differences
 from ogmkit.errors import CheckpointError, SettingsError
 from ogmkit.grid import GridSpec
-from ogmkit.learn.checkpoints import Card, checkpoint_file, read_checkpoint
+from ogmkit.learn.checkpoints import Card, read_checkpoint
 from ogmkit.learn.perception_settings import FootprintsTraining
 from ogmkit.learn.planner_settings import HolisticTraining
+from ogmkit.learn.runs import checkpoint_file
 from ogmkit.learn.settings import TrainSettings
 from ogmkit.learn.systems.base import System
 

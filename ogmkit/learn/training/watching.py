@@ -1,7 +1,6 @@
-"""What a training shows: figures in a CSV file, pictures, progress."""
+"""What a training keeps to look at: figures in a CSV file, pictures."""
 
 import csv
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -89,20 +88,6 @@ class Samples(Callback):
             if isinstance(logger, TensorBoardLogger):
                 logger.experiment.add_image("samples", sheet, trainer.global_step)
         _write_picture(self._path, sheet)
-
-
-class Progress(Callback):
-    """Tells steps done and in all."""
-
-    def __init__(self, on_progress: Callable[[int, int], None]) -> None:
-        self._on_progress = on_progress
-
-    def on_train_batch_end(
-        self, trainer: Trainer, pl_module: LightningModule, outputs: object, batch: object, batch_idx: int
-    ) -> None:
-        """Tell."""
-        if trainer.is_global_zero:
-            self._on_progress(trainer.global_step, int(trainer.estimated_stepping_batches))
 
 
 def _row(panels: list[Tensor]) -> Tensor:

@@ -20,10 +20,11 @@ from ogmkit.errors import (
 )
 from ogmkit.geometry.se3 import inverse, pose_matrix
 from ogmkit.grid import GridSpec
+from ogmkit.learn.predict.choice import Choice
 from ogmkit.learn.predict.homographies import predict_homographies
 from ogmkit.learn.predict.images import predict_images
 from ogmkit.learn.predict.run import open_run
-from ogmkit.learn.predict.shards import Choice, PredictionJob, predict_shards
+from ogmkit.learn.predict.shards import PredictionJob, predict_shards
 from ogmkit.samples.index import index_frames
 from ogmkit.samples.spec import SampleSpec
 from ogmkit.shards.manifest import file_sha256

@@ -5,13 +5,15 @@ from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 
+from ogmkit.base.news import Found, tell
 from ogmkit.errors import SettingsError
 from ogmkit.learn.choices import common_cameras
+from ogmkit.learn.devices import device_name
+from ogmkit.learn.predict.choice import Choice
 from ogmkit.learn.predict.files import reported
 from ogmkit.learn.predict.plans.inference import predict_plans
 from ogmkit.learn.predict.plans.objects import PlanJob, PlanObject, PlanStream, plan_object
 from ogmkit.learn.predict.run import Run, open_run, require_grid, require_planner
-from ogmkit.learn.predict.shards import Choice
 from ogmkit.samples.index import SEQUENCE, FrameIndex, index_sequences
 from ogmkit.samples.poses import require_finite_poses
 from ogmkit.samples.spec import SampleSpec
@@ -84,6 +86,7 @@ def plans_of_shards(
         raise SettingsError(f"{run.path}: {run.name} warps nothing; leave out --homography {homography}")
     index = index_sequences(shards, scenes, cameras, needs=spec, valid_only=False, limit=choice.limit)
     require_finite_poses(index)
+    tell(Found(f"{index.counted('sequence')}; {run.path} on {device_name()}"))
     objects = _objects(job, run, index, spec)
     return PlanStream(run.name, spec.homography, len(index), reported(objects, len(index), on_progress))
 

@@ -11,11 +11,11 @@ import torch
 from ogmkit.errors import CheckpointError, DataFileError, SettingsError, TableError
 from ogmkit.geometry.camera import image_from_ground
 from ogmkit.grid import GridSpec
+from ogmkit.learn.predict.choice import Choice
 from ogmkit.learn.predict.plans.folder import plan_of_images
 from ogmkit.learn.predict.plans.objects import PlanJob
 from ogmkit.learn.predict.plans.shards import plans_of_shards
 from ogmkit.learn.predict.run import open_run
-from ogmkit.learn.predict.shards import Choice
 from ogmkit.samples.index import index_frames
 from ogmkit.samples.spec import SampleSpec
 from ogmkit.shards.reader import Shard

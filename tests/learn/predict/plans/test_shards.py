@@ -8,10 +8,10 @@ import torch
 
 from ogmkit.errors import CheckpointError, OutputError, SettingsError, ShardError, TrainingError
 from ogmkit.grid import GridSpec
+from ogmkit.learn.predict.choice import Choice
 from ogmkit.learn.predict.plans.objects import PlanJob, drawn, json_list, plan_object, write_list
 from ogmkit.learn.predict.plans.shards import plans_of_shards
 from ogmkit.learn.predict.run import open_run
-from ogmkit.learn.predict.shards import Choice
 from ogmkit.metrics.plan import Plan
 from ogmkit.samples.index import index_sequences
 from ogmkit.samples.spec import SampleSpec

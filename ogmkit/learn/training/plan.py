@@ -1,0 +1,110 @@
+"""What a training is going to do, checked as far as that takes no torch and a look at the shards."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from ogmkit.errors import SettingsError, TrainingError
+from ogmkit.grid import GridSpec
+from ogmkit.learn.catalogue import entry_of
+from ogmkit.learn.choices import completed
+from ogmkit.learn.perception_settings import ImageTraining
+from ogmkit.learn.planner_settings import HolisticTraining
+from ogmkit.learn.runs import checkpoint_file, require_resumable
+from ogmkit.learn.settings import TrainSettings
+from ogmkit.samples.requirements import require_extracted, valid_frames
+from ogmkit.samples.spec import SampleSpec
+from ogmkit.samples.splits import split_scenes
+from ogmkit.shards.manifest import Manifest, read_manifest
+from ogmkit.shards.reader import Shard
+
+
+@dataclass(frozen=True)
+class TrainingPlan:
+    """A training that may begin.
+
+    Attributes:
+        settings: with cameras and masks filled in.
+        grid: the shards'.
+        scenes: split → its scenes; the split to learn from first.
+    """
+
+    settings: TrainSettings
+    grid: GridSpec
+    scenes: Mapping[str, tuple[str, ...]]
+
+
+def plan_training(
+    settings: TrainSettings,
+    shards: Path,
+    run: Path,
+    *,
+    split_file: Path | None = None,
+    overwrite: bool = False,
+) -> TrainingPlan:
+    """Check what a training needs, by the manifest and one shard of each split; writes nothing.
+
+    Arguments as of `ogmkit.learn.training.train.train`.
+
+    Raises:
+        SettingsError: settings and shards don't go together.
+        TableError: the split file is absent or malformed.
+        ShardError: shards lack what the system learns from.
+        TrainingError: a split is empty.
+        OutputError: `run` holds something else, or a training with other settings or scenes.
+        CheckpointError: there is no perception to begin with.
+    """
+    manifest = read_manifest(shards)
+    full = completed(settings, shards, manifest)
+    scenes = _scenes(full, manifest, split_file)
+    if isinstance(full, HolisticTraining) and full.perception is not None:
+        checkpoint_file(Path(full.perception))
+    _require_made(full, shards, manifest, scenes)
+    if not overwrite:
+        require_resumable(run, full, scenes)
+    return TrainingPlan(full, manifest.settings.targets.grid, scenes)
+
+
+def _scenes(
+    settings: TrainSettings, manifest: Manifest, split_file: Path | None
+) -> dict[str, tuple[str, ...]]:
+    """The scenes of both splits."""
+    splits = split_scenes(manifest, split_file=split_file, ratio=settings.split_ratio, seed=settings.seed)
+    names = (
+        ("train", "val") if settings.split_ratio is not None else (settings.train_split, settings.val_split)
+    )
+    for name in names:
+        if not splits.get(name):
+            known = ", ".join(sorted(split for split, found in splits.items() if found)) or "none"
+            raise TrainingError(
+                f"split {name!r} has no scene among the shards (there is {known}); "
+                "choose others, or divide them by --split-ratio"
+            )
+    shared = set(splits[names[0]]) & set(splits[names[1]])
+    if shared:
+        raise SettingsError(f"scene {min(shared)} is in both splits, {names[0]} and {names[1]}")
+    return {name: splits[name] for name in names}
+
+
+def _require_made(
+    settings: TrainSettings, shards: Path, manifest: Manifest, scenes: Mapping[str, tuple[str, ...]]
+) -> None:
+    """Look for masks and homographies in the first shard of each split; the index looks at all."""
+    files = {entry.scene: entry.file for entry in manifest.shards}
+    for needs in _needs(settings):
+        require_extracted(shards, manifest, needs)
+        for names in scenes.values():
+            with Shard(shards / files[names[0]]) as shard:
+                for camera in settings.cameras:
+                    valid_frames(shard, camera, needs)
+
+
+def _needs(settings: TrainSettings) -> Iterator[SampleSpec]:
+    """What samples need of the shards, as far as the settings say."""
+    image_size = settings.image_size if isinstance(settings, ImageTraining) else None
+    frozen = isinstance(settings, HolisticTraining) and settings.freeze
+    masks = None if frozen else settings.masks_learnt
+    needs = SampleSpec(image_size, masks, lidar=entry_of(settings.system).inputs == "lidar")
+    yield needs
+    for source in settings.homographies_read.values():
+        yield replace(needs, homography=source)

@@ -1,0 +1,96 @@
+"""Where an extraction's scenes come from: a dataset's tables, or records that were made in Python."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+from ogmkit.base.names import unknown
+from ogmkit.errors import SettingsError
+from ogmkit.frames import FrameRecord, SceneRecord
+from ogmkit.nuscenes.paths import UNSAFE_NAME
+
+
+class SceneSource(Protocol):
+    """What `extract` asks of a dataset; `ogmkit.nuscenes.dataset.Dataset` describes each answer."""
+
+    @property
+    def root(self) -> Path:
+        """The folder that the records' paths are relative to."""
+
+    @property
+    def version(self) -> str:
+        """The source's name in manifest and shards."""
+
+    def scene_names(self) -> tuple[str, ...]:
+        """Names of all scenes, sorted."""
+
+    def channels(self) -> tuple[str, ...]:
+        """Channel names of all cameras, sorted."""
+
+    def categories(self) -> tuple[str, ...]:
+        """Names of all object categories, sorted."""
+
+    def scene(self, name: str, cameras: Sequence[str], *, lidar: bool = False) -> SceneRecord:
+        """One scene's frames by camera, in temporal order."""
+
+
+@dataclass(frozen=True, eq=False)
+class RecordDataset:
+    """Scenes made in Python, for `extract`: recordings in a layout of their own.
+
+    Attributes:
+        root: the folder that the records' paths are relative to.
+        version: a name of your choice for manifest and shards.
+        scenes: the records.
+
+    Raises:
+        SettingsError: there is no scene, two have the same name, or a name can't be a file's.
+    """
+
+    root: Path
+    version: str
+    scenes: tuple[SceneRecord, ...]
+
+    def __post_init__(self) -> None:
+        names = self.scene_names()
+        if not names or len(set(names)) != len(names):
+            raise SettingsError(
+                f"{self.root}: scenes {', '.join(names) or 'none'}: give at least one, each once"
+            )
+        for name in names:
+            if re.search(UNSAFE_NAME, name):
+                raise SettingsError(f"{self.root}: scene name {name!r} can't be a file's; choose another")
+
+    def scene_names(self) -> tuple[str, ...]:
+        """Names of all scenes, sorted."""
+        return tuple(sorted(scene.name for scene in self.scenes))
+
+    def channels(self) -> tuple[str, ...]:
+        """Channel names of all cameras, sorted."""
+        return tuple(sorted({camera for scene in self.scenes for camera in scene.cameras}))
+
+    def categories(self) -> tuple[str, ...]:
+        """Names of all boxes' categories, sorted."""
+        frames = (frame for scene in self.scenes for frames in scene.cameras.values() for frame in frames)
+        return tuple(sorted({category for frame in frames for category in frame.boxes.category}))
+
+    def scene(self, name: str, cameras: Sequence[str], *, lidar: bool = False) -> SceneRecord:
+        """One scene with the cameras asked for; frames have the LiDAR sweep that their record names.
+
+        Raises:
+            SettingsError: there is no such scene, or it lacks a camera.
+        """
+        del lidar
+        for scene in self.scenes:
+            if scene.name == name:
+                return SceneRecord(name, scene.location, self._chosen(scene, cameras))
+        raise SettingsError(f"{self.root}: {unknown('scene', name, self.scene_names())}")
+
+    def _chosen(self, scene: SceneRecord, cameras: Sequence[str]) -> dict[str, tuple[FrameRecord, ...]]:
+        for camera in cameras:
+            if camera not in scene.cameras:
+                there = tuple(sorted(scene.cameras))
+                raise SettingsError(f"{self.root}: scene {scene.name}: {unknown('camera', camera, there)}")
+        return {camera: scene.cameras[camera] for camera in cameras}
