@@ -1,7 +1,5 @@
 """What commands need beyond the core."""
 
-import importlib.util
-
 _TRAIN = ("torch", "lightning", "segmentation_models_pytorch", "kornia", "torchmetrics", "yaml")
 _ONNX = ("onnx", "onnxruntime")
 
@@ -10,23 +8,30 @@ def require_train() -> None:
     """Refuse to go on without the extra `train`.
 
     Raises:
-        SettingsError: one of its packages is absent; says how to install it.
+        MissingPackageError: one of its packages is absent; says how to install it.
     """
-    _require("train", _TRAIN)
+    from ogmkit.base.extras import require_packages
+
+    require_packages("train", _TRAIN)
+
+
+def require_yaml() -> None:
+    """Refuse to go on without YAML, which comes with the extra `train`.
+
+    Raises:
+        MissingPackageError: it is absent; says how to install it.
+    """
+    from ogmkit.base.extras import require_packages
+
+    require_packages("train", ("yaml",))
 
 
 def require_onnx() -> None:
     """Refuse to go on without the extra `onnx`.
 
     Raises:
-        SettingsError: one of its packages is absent; says how to install it.
+        MissingPackageError: one of its packages is absent; says how to install it.
     """
-    _require("onnx", _ONNX)
+    from ogmkit.base.extras import require_packages
 
-
-def _require(extra: str, packages: tuple[str, ...]) -> None:
-    from ogmkit.errors import SettingsError
-
-    for name in packages:
-        if importlib.util.find_spec(name) is None:
-            raise SettingsError(f"needs {name}, which is not installed: pip install 'ogmkit[{extra}]'")
+    require_packages("onnx", _ONNX)

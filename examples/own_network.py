@@ -14,12 +14,8 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from ogmkit.learn.data.frames import FrameDataset
-from ogmkit.learn.data.loader import BatchLoader, EpochBatches, loader
-from ogmkit.samples.index import index_frames
-from ogmkit.samples.spec import SampleSpec
-from ogmkit.samples.splits import split_scenes
-from ogmkit.shards.manifest import read_manifest
+from ogmkit import ShardFolder, split_scenes
+from ogmkit.torch import BatchLoader, EpochBatches, FrameDataset, SampleSpec, index_frames, loader
 
 
 def own_network(rows: int, columns: int) -> nn.Module:
@@ -45,8 +41,8 @@ def iou(network: nn.Module, samples: BatchLoader) -> Tensor:
 
 def main(shards: Path, epochs: int) -> None:
     """Train on the scenes of the split train, score on those of val."""
-    manifest = read_manifest(shards)
-    splits, grid = split_scenes(manifest), manifest.settings.targets.grid
+    folder = ShardFolder(shards)
+    splits, grid = split_scenes(folder.manifest), folder.grid
     # What samples hold: images of one size, and the truth on cells of at most 1 m, made of the shards' cells.
     cells = range(1, 1 + int(1 / grid.m_per_cell))
     factor = max((n for n in cells if grid.rows % n == grid.columns % n == 0), default=1)

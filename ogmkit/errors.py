@@ -20,6 +20,10 @@ class SettingsError(OgmkitError, ValueError):
     """A setting or argument is out of range, unknown, or contradicts another."""
 
 
+class MissingPackageError(OgmkitError, ImportError):
+    """A package of one of the extras isn't installed."""
+
+
 class ShardError(OgmkitError):
     """A shard or manifest is absent, damaged, of another version, or not ogmkit's."""
 

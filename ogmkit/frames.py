@@ -134,5 +134,22 @@ class SceneRecord:
     cameras: dict[str, tuple[FrameRecord, ...]]
 
 
+def neighbours(times_us: IntArray, positions_global: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Times and positions of the frames around each frame, as its `FrameRecord` holds them.
+
+    Args:
+        times_us: (N,) int64 of a camera's key frames, in temporal order.
+        positions_global: (N, 3) float64 of the ego there, metres.
+
+    Returns:
+        (N, 13) times and (N, 13, 3) positions at steps −6 … +6; −1 and NaN beyond the ends.
+    """
+    count = len(times_us)
+    padded_times = np.pad(times_us, STEPS, constant_values=-1)
+    padded_positions = np.pad(positions_global, ((STEPS, STEPS), (0, 0)), constant_values=np.nan)
+    steps = np.arange(count)[:, None] + np.arange(2 * STEPS + 1)
+    return padded_times[steps], padded_positions[steps]
+
+
 def _where(names: tuple[str, ...], keep: BoolArray) -> tuple[str, ...]:
     return tuple(names[i] for i in np.flatnonzero(keep))

@@ -9,7 +9,7 @@ from ogmkit.base.jpeg import jpeg_size
 from ogmkit.errors import DataFileError, SettingsError
 from ogmkit.frames import FrameRecord
 from ogmkit.grid import GridSpec
-from ogmkit.nuscenes.maps import MapMask
+from ogmkit.nuscenes.maps import MapMask, MaskStore
 from ogmkit.nuscenes.paths import resolve
 from ogmkit.raster.drivable import drivable_mask
 from ogmkit.raster.field_of_view import field_of_view_mask
@@ -77,6 +77,25 @@ class FrameTargets:
     trajectory: Trajectory
     image: bytes | None
     lidar_points: Float32Array | None
+
+
+def frame_targets(
+    frame: FrameRecord, settings: TargetSettings | None = None, *, cache_dir: Path | None = None
+) -> FrameTargets:
+    """Make a frame's targets; its map's mask is decoded once per machine and then only opened.
+
+    Args:
+        frame: the frame.
+        settings: what targets to make; the defaults by default.
+        cache_dir: folder of decoded map masks; the platform's cache folder by default.
+
+    Raises:
+        DataFileError: the map's mask, the image or the LiDAR sweep is absent or damaged.
+        TableError: a file name leaves the dataset's root.
+        OutputError: the cache folder can't be written.
+    """
+    map_mask = MaskStore(cache_dir).open(resolve(frame.dataroot, frame.map_path))
+    return build_targets(frame, settings or TargetSettings(), map_mask)
 
 
 def build_targets(frame: FrameRecord, settings: TargetSettings, map_mask: MapMask) -> FrameTargets:

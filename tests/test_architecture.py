@@ -10,6 +10,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 LIBRARY = sorted((ROOT / "ogmkit").rglob("*.py"))
 COMMANDS = sorted((ROOT / "cli").rglob("*.py"))
+TORCH = ROOT / "ogmkit" / "torch.py"
 LONGEST_MODULE = 250
 HEAVY = {"numpy", "cv2", "duckdb", "h5py", "shapely", "pyquaternion", "PIL", "tqdm", "torch"}
 
@@ -42,6 +43,28 @@ def test_library_never_prints_asks_or_exits(path):
     assert not imported & {"argparse", "logging.config"}
 
 
+def imported_names(path):
+    """(module, name) of each `from module import name`."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    froms = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+    return {(node.module, alias.name) for node in froms for alias in node.names}
+
+
+@pytest.mark.parametrize("path", LIBRARY, ids=relative)
+def test_rooms_do_not_go_through_the_public_face(path):
+    found = imported_names(path)
+    assert {name for module, name in found if module == "ogmkit"} <= {"__version__"}
+    assert not {name for module, name in found if module == "ogmkit.torch"}
+
+
+def test_the_face_for_torch_only_re_exports_samples():
+    tree = ast.parse(TORCH.read_text(encoding="utf-8"))
+    docstring, *imports, names = tree.body
+    assert isinstance(docstring, ast.Expr)
+    assert {node.module.rsplit(".", 1)[0] for node in imports} == {"ogmkit.learn.data", "ogmkit.samples"}
+    assert [target.id for target in names.targets] == ["__all__"]
+
+
 @pytest.mark.parametrize("path", COMMANDS, ids=relative)
 def test_commands_import_each_other_relatively(path):
     tree = ast.parse(path.read_text(encoding="utf-8"))
@@ -52,7 +75,7 @@ def test_commands_import_each_other_relatively(path):
 @pytest.mark.parametrize(
     "code",
     [
-        "import ogmkit",
+        "import ogmkit; dir(ogmkit); ogmkit.SampleSpec(), ogmkit.OgmkitError",
         "from ogmkit_cli.main import main; main(['--help'], standalone_mode=False)",
         "from ogmkit_cli.main import main; main(['extract', '--help'], standalone_mode=False)",
     ],

@@ -9,7 +9,7 @@ from ogmkit.frames import Boxes, FrameRecord, LidarRecord
 from ogmkit.geometry.se3 import pose_matrix
 from ogmkit.grid import GridSpec
 from ogmkit.nuscenes.maps import MaskStore
-from ogmkit.targets import TargetSettings, build_targets, read_image
+from ogmkit.targets import TargetSettings, build_targets, frame_targets, read_image
 
 _GRID = GridSpec(m_per_cell=0.5, rows=40, columns=30, ego_row=36, ego_column=12)
 _CAMERA_AHEAD = np.array([[0, 0, 1, 1.5], [-1, 0, 0, 0], [0, -1, 0, 1.5], [0, 0, 0, 1]], dtype=float)
@@ -156,3 +156,20 @@ def test_a_real_image_passes(real_dataroot, frame):
     (image,) = (real_dataroot / "samples" / "CAM_FRONT").glob("*.jpg")
     path = str(image.relative_to(real_dataroot))
     assert read_image(replace(frame, dataroot=real_dataroot, image_path=path, image_size=(900, 1600)))
+
+
+def test_a_frame_s_targets_in_one_call(frame, build, tmp_path):
+    expected = build(frame)
+
+    found = frame_targets(frame, TargetSettings(grid=_GRID), cache_dir=tmp_path / "other")
+
+    for name in ("drivable", "vehicles", "field_of_view"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(expected, name))
+    assert (found.image, found.trajectory.valid) == (expected.image, True)
+    assert len(list((tmp_path / "other").glob("*.mask"))) == 1
+    assert frame_targets(frame, cache_dir=tmp_path / "other").drivable.shape == (1000, 550)
+
+
+def test_a_map_that_is_absent_is_named(frame, tmp_path):
+    with pytest.raises(DataFileError, match=r"elsewhere\.png: map mask can't be read"):
+        frame_targets(replace(frame, map_path="elsewhere.png"), cache_dir=tmp_path)

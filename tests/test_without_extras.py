@@ -43,7 +43,7 @@ for name in ("torch", "lightning", "kornia", "segmentation_models_pytorch", "tor
     sys.modules[name] = None
 import ogmkit
 names = [module.name for module in pkgutil.walk_packages(ogmkit.__path__, "ogmkit.")
-         if not module.name.startswith("ogmkit.learn")]
+         if not module.name.startswith(("ogmkit.learn", "ogmkit.torch"))]
 for name in names:
     importlib.import_module(name)
 print(len(names))
@@ -51,6 +51,20 @@ print(len(names))
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert int(done.stdout) > 100
+
+
+def test_the_samples_for_torch_say_how_to_install_it():
+    code = """
+import sys
+sys.modules["torch"] = None
+try:
+    import ogmkit.torch
+except ImportError as error:
+    print(type(error).__name__, error)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    expected = "MissingPackageError needs torch, which is not installed: pip install 'ogmkit[train]'\n"
+    assert done.stdout == expected
 
 
 def test_the_data_commands_work(folder, shards, tiny_dataroot):

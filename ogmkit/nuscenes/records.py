@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ogmkit.frames import STEPS, Boxes, FrameRecord, LidarRecord
+from ogmkit.frames import Boxes, FrameRecord, LidarRecord, neighbours
 from ogmkit.geometry.se3 import pose_matrix
 from ogmkit.nuscenes.tables import Tables, stacked
-from ogmkit.typing import FloatArray, IntArray
+from ogmkit.typing import FloatArray
 
 _IMAGES = """
 SELECT k.sample_token, k.token, k.timestamp, k.filename, k.width, k.height, k.translation, k.rotation,
@@ -110,7 +110,7 @@ def frame_records(
     """
     global_from_ego, ego_from_camera = _poses(rows)
     intrinsics = stacked(rows["camera_intrinsic"], (3, 3))
-    times_us, positions = _neighbours(rows["timestamp"].astype(np.int64), global_from_ego[:, :3, 3])
+    times_us, positions = neighbours(rows["timestamp"].astype(np.int64), global_from_ego[:, :3, 3])
     return tuple(
         FrameRecord(
             dataroot=key.dataroot,
@@ -142,12 +142,3 @@ def _poses(rows: Columns) -> tuple[FloatArray, FloatArray]:
         stacked(rows["sensor_translation"], (3,)), stacked(rows["sensor_rotation"], (4,))
     )
     return global_from_ego, ego_from_sensor
-
-
-def _neighbours(times_us: IntArray, positions_global: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Times (N, 13) and positions (N, 13, 3) at steps −6 … +6 of N frames; −1 and NaN beyond the ends."""
-    count = len(times_us)
-    padded_times = np.pad(times_us, STEPS, constant_values=-1)
-    padded_positions = np.pad(positions_global, ((STEPS, STEPS), (0, 0)), constant_values=np.nan)
-    steps = np.arange(count)[:, None] + np.arange(2 * STEPS + 1)
-    return padded_times[steps], padded_positions[steps]

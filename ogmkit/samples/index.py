@@ -6,13 +6,14 @@ from pathlib import Path
 
 import numpy as np
 
-from ogmkit.base.names import unknown, with_number
+from ogmkit.base.names import with_number
 from ogmkit.errors import SettingsError, TrainingError
 from ogmkit.grid import GridSpec
 from ogmkit.pipeline.amendment import chosen_cameras
 from ogmkit.samples.requirements import require_extracted, valid_frames
 from ogmkit.samples.spec import SampleSpec
-from ogmkit.shards.manifest import Manifest, read_manifest
+from ogmkit.shards.folder import ShardFolder
+from ogmkit.shards.manifest import read_manifest
 from ogmkit.shards.reader import Shard
 from ogmkit.typing import BoolArray, IntArray
 
@@ -102,26 +103,37 @@ def index_sequences(
     needs: SampleSpec,
     limit: int | None = None,
     valid_only: bool = True,
+    whole_trajectory: bool = True,
 ) -> FrameIndex:
-    """Find sequences of six consecutive frames of one camera whose last has a valid trajectory.
+    """Find sequences of six consecutive frames of one camera, in the order of scenes, cameras and time.
 
-    Neighbours are no further apart than the longest gap that the shards' trajectories bridge. Arguments,
-    order and errors as of `index_frames`; `valid_only` asks for valid homographies and masks in all six.
+    Neighbours are no further apart than the longest gap that the shards' trajectories bridge.
+
+    Args:
+        out: a folder that `ogmkit extract` wrote.
+        scenes: names.
+        cameras: channels; none stands for all of the folder's.
+        needs: what samples will hold.
+        limit: most sequences to take, evenly spread; None takes all.
+        valid_only: leave out sequences where one of the six has no valid homography or masks that `needs`
+            asks for.
+        whole_trajectory: leave out sequences whose last frame lacks a point of its past or future. False
+            keeps them: missing points are NaN and `trajectory_valid` is False.
+
+    Raises:
+        SettingsError, ShardError, TrainingError: as `index_frames`.
     """
     max_gap_s = read_manifest(out).settings.targets.max_gap_s
 
     def conditions(shard: Shard, camera: str) -> _Conditions:
         valid = valid_frames(shard, camera, replace(needs, trajectory=False))
         times_us = shard.dataset(camera, "timestamp_us")[:]
-        return {
-            f"{SEQUENCE - 1} images before it without a gap": _unbroken(times_us, max_gap_s),
-            "a valid trajectory": shard.dataset(camera, "trajectory/valid")[:],
-            **{
-                f"{what} in all {SEQUENCE}": _all_of_last(holds)
-                for what, holds in valid.items()
-                if valid_only
-            },
-        }
+        found = {f"{SEQUENCE - 1} images before it without a gap": _unbroken(times_us, max_gap_s)}
+        if whole_trajectory:
+            found["a valid trajectory"] = shard.dataset(camera, "trajectory/valid")[:]
+        if valid_only:
+            found |= {f"{what} in all {SEQUENCE}": _all_of_last(holds) for what, holds in valid.items()}
+        return found
 
     return _index(out, scenes, cameras, needs, limit, conditions)
 
@@ -136,10 +148,11 @@ def _index(
 ) -> FrameIndex:
     if limit is not None and limit < 1:
         raise SettingsError(f"limit: {limit} frames are not a positive number")
-    manifest = read_manifest(out)
+    folder = ShardFolder(out)
+    manifest = folder.manifest
     require_extracted(out, manifest, needs)
     channels = chosen_cameras(out, manifest, cameras)
-    paths = _paths(out, manifest, scenes)
+    paths = tuple(folder.file(scene) for scene in scenes)
     rows: list[IntArray] = []
     counts: dict[str, int] = {}
     seen = 0
@@ -161,14 +174,6 @@ def _index(
     settings = manifest.settings.targets
     image_root = Path(manifest.dataroot) if settings.images == "reference" else None
     return FrameIndex(paths, tuple(scenes), channels, settings.grid, image_root, *found.T.copy())
-
-
-def _paths(out: Path, manifest: Manifest, scenes: Sequence[str]) -> tuple[Path, ...]:
-    files = {entry.scene: entry.file for entry in manifest.shards}
-    for scene in scenes:
-        if scene not in files:
-            raise SettingsError(f"{out}: {unknown('scene', scene, tuple(files))}")
-    return tuple(out / files[scene] for scene in scenes)
 
 
 def _nothing_left(seen: int, counts: Mapping[str, int]) -> str:

@@ -12,7 +12,7 @@ _PATHS = ("trajectory/past", "trajectory/future")
 
 
 def require_finite_poses(index: FrameIndex) -> None:
-    """Check the poses of all images of some sequences, and the trajectories of their last ones.
+    """Check the poses of all images of some sequences, and the last ones' trajectories that are called valid.
 
     Args:
         index: as `index_sequences` gives it.
@@ -25,12 +25,16 @@ def require_finite_poses(index: FrameIndex) -> None:
         with Shard(path) as shard:
             for channel, camera in enumerate(index.cameras):
                 last = index.frame[(index.shard == number) & (index.camera == channel)]
-                _require_finite(shard, camera, last)
+                try:
+                    _require_finite(shard, camera, last)
+                except H5_ERRORS as error:
+                    raise damaged(shard.path, error) from error
 
 
 def _require_finite(shard: Shard, camera: str, last: IntArray) -> None:
     whole = np.unique(last[:, None] - np.arange(SEQUENCE))
-    for names, frames, what in ((_POSES, whole, "pose"), (_PATHS, last, "trajectory")):
+    claimed = last[shard.dataset(camera, "trajectory/valid")[:][last]]
+    for names, frames, what in ((_POSES, whole, "pose"), (_PATHS, claimed, "trajectory")):
         for name in names:
             wrong = frames[~_finite(shard, camera, name)[frames]]
             if len(wrong):
@@ -42,9 +46,6 @@ def _require_finite(shard: Shard, camera: str, last: IntArray) -> None:
 
 def _finite(shard: Shard, camera: str, name: str) -> BoolArray:
     """(N,) whether all numbers of a camera's frames are finite."""
-    try:
-        values = shard.dataset(camera, name)[:]
-        finite: BoolArray = np.isfinite(values).all(axis=tuple(range(1, values.ndim)))
-    except H5_ERRORS as error:
-        raise damaged(shard.path, error) from error
+    values = shard.dataset(camera, name)[:]
+    finite: BoolArray = np.isfinite(values).all(axis=tuple(range(1, values.ndim)))
     return finite

@@ -100,6 +100,8 @@ def test_the_sign_decides_what_is_before_the_camera(make_view):
 def test_a_homography_that_is_not_finite_is_refused(warp, wrong):
     matrix = np.eye(3)
     matrix[1, 2] = wrong
+    with pytest.raises(SettingsError, match="the homography is singular"):
+        warp_to_bev(np.ones((8, 8), np.uint8), np.diag([1.0, 0.0, 1.0]), (8, 8))
     with pytest.raises(SettingsError, match="not finite"):
         warp(np.ones((4, 4), np.uint8), matrix, (4, 4))
 

@@ -7,6 +7,7 @@ import pytest
 
 from ogmkit.errors import SettingsError, ShardError, TrainingError
 from ogmkit.samples.index import index_frames, index_sequences
+from ogmkit.samples.poses import require_finite_poses
 from ogmkit.samples.reading import Rows, read_sample
 from ogmkit.samples.spec import SampleSpec
 from ogmkit.shards.manifest import read_manifest
@@ -130,6 +131,28 @@ def test_all_six_of_a_sequence_are_valid_unless_asked_for(copied, change):
 
     assert chosen.frame.tolist() == [7]
     assert everything.frame.tolist() == [5, 6, 7]
+
+
+def test_sequences_without_a_whole_trajectory_are_kept_if_asked_for(shards):
+    # Scenes of eight frames: no frame has six before it and six after it.
+    index = index_sequences(shards, SCENES[:1], ["CAM_FRONT"], needs=TRAJECTORY, whole_trajectory=False)
+
+    assert index.frame.tolist() == [5, 6, 7]
+    require_finite_poses(index)
+    with Shard(index.paths[0]) as shard:
+        sample = read_sample(Rows(shard, "CAM_FRONT", slice(1, 7)), TRAJECTORY, None)
+    assert not sample.trajectory_valid
+    assert np.isfinite(sample.past).all()
+    assert np.isfinite(sample.future[:1]).all()
+    assert np.isnan(sample.future[1:]).all()
+
+
+def test_only_trajectories_called_valid_need_every_point(copied, change):
+    change("trajectory/valid", np.arange(8) == 6)
+    index = index_sequences(copied, SCENES[:1], ["CAM_FRONT"], needs=TRAJECTORY, whole_trajectory=False)
+
+    with pytest.raises(ShardError, match=r"frame 6: its trajectory \(trajectory/future\) holds a number"):
+        require_finite_poses(index)
 
 
 def test_images_by_reference_are_read_from_the_dataset(make_shards, shards):

@@ -56,7 +56,7 @@ class Augmentation:
         Raises:
             SettingsError: mirrored cells would not be cells: the ego is neither on a cell's edge nor centre.
         """
-        if self.flip > 0 and not (2 * grid.ego_column).is_integer():
+        if self.flip > 0 and not float(2 * grid.ego_column).is_integer():
             raise SettingsError(
                 f"augmentation: the ego's column {grid.ego_column:g} is no whole or half number, so a flip "
                 "would shift the grid; set flip to 0"

@@ -295,3 +295,7 @@ def test_what_can_t_be_is_refused():
         SettingsError, match=r"the ego's column 2\.3 is no whole or half number.*set flip to 0"
     ):
         Augmentation().require_grid(GridSpec(0.5, 3, 6, 3.0, 2.3))
+
+
+def test_a_grid_given_in_integers_can_be_mirrored():
+    Augmentation().require_grid(GridSpec(0.5, 3, 6, 3, 2))

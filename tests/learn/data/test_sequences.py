@@ -50,6 +50,20 @@ def test_a_sequence_is_six_frames_and_the_last_one_s_trajectory(make, folder):
     assert int(sample["index"]) == 4
 
 
+def test_a_sequence_without_a_whole_trajectory_says_so(shards):
+    spec = SampleSpec((30, 64), trajectory=True)
+    index = index_sequences(shards, SCENES, ["CAM_FRONT"], needs=spec, whole_trajectory=False)
+    sequences = SequenceDataset(index, spec, augment=Augmentation(flip=1.0))
+    assert sequences.place(1) == ("scene-0001", "CAM_FRONT", 6)
+
+    for sample in (sequences[1], sequences[(1, 0)]):
+        assert not sample["trajectory_valid"]
+        assert sample["image"].shape == (6, 3, 30, 64)
+        # One frame follows in the scene.
+        assert sample["future"].isfinite().all(dim=1).tolist() == [True, False, False, False, False, False]
+        assert sample["positions"].isfinite().all()
+
+
 def test_positions_are_the_last_frame_s_past_and_its_origin(make):
     sample = make()[2]
 
