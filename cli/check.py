@@ -1,16 +1,22 @@
 """`ogmkit check`: a dataset against numbered rules."""
 
-import json
-from dataclasses import asdict
 from pathlib import Path
 
 import click
 
+from .command import Command
 from .options import dataroot_argument, json_option, version_option
 from .progress import progress
+from .text import json_text
 
 
-@click.command()
+@click.command(
+    cls=Command,
+    examples=(
+        "ogmkit check dataroot",
+        "ogmkit check dataroot --version v1.0-mini --strict",
+    ),
+)
 @dataroot_argument
 @version_option
 @json_option
@@ -21,6 +27,9 @@ def command(dataroot: Path, version: str | None, as_json: bool, strict: bool) ->
     Looks at all tables and at all files that they name, and lists each broken rule with how often it is
     broken and first examples. An error is what makes the extraction of some scene fail whatever the settings;
     everything else is a warning. Exit code 1 where there is an error, with --strict also a warning.
+
+    Fields of --json: errors and warnings (how many rules are broken), findings (a list: rule, severity,
+    title, remedy, count, examples).
     """
     from ogmkit.nuscenes.check import check_dataset
 
@@ -29,8 +38,7 @@ def command(dataroot: Path, version: str | None, as_json: bool, strict: bool) ->
     errors = sum(finding.severity == "error" for finding in findings)
     warnings = len(findings) - errors
     if as_json:
-        content = {"errors": errors, "warnings": warnings, "findings": [asdict(f) for f in findings]}
-        click.echo(json.dumps(content, indent=2, ensure_ascii=False))
+        click.echo(json_text({"errors": errors, "warnings": warnings, "findings": findings}))
     else:
         for finding in findings:
             click.echo(f"{finding.rule} {finding.severity}: {finding.title} ({finding.count:,}×)")

@@ -4,14 +4,22 @@ from pathlib import Path
 
 import click
 
+from .command import Command
 from .extras import require_onnx, require_train
+from .paths import ANY, EXISTING
 
 
-@click.command()
-@click.argument("run", type=click.Path(exists=True, path_type=Path))
+@click.command(
+    cls=Command,
+    examples=(
+        "ogmkit export runs/footprints --out model.onnx",
+        "ogmkit export runs/homography/last.ckpt --out model.onnx --opset 18",
+    ),
+)
+@click.argument("run", type=EXISTING)
 @click.option(
     "--out",
-    type=click.Path(path_type=Path),
+    type=ANY,
     metavar="FILE",
     required=True,
     help="The model's file, such as model.onnx; one that is there is replaced.",

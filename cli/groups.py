@@ -6,9 +6,11 @@ import difflib
 
 import click
 
+from .command import WithExamples
 
-class SuggestingGroup(click.Group):
-    """A Click group with suggestions."""
+
+class SuggestingGroup(WithExamples, click.Group):
+    """A Click group with examples and suggestions."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Names in the order in which they were added."""

@@ -36,6 +36,27 @@ def summary_lines(summary: HomographySummary) -> Iterator[str]:
         yield from _refusals(method)
 
 
+def summary_values(summary: HomographySummary) -> dict[str, object]:
+    """The same as plain values, for JSON."""
+    return {
+        "shards": summary.shards,
+        "kept": summary.kept,
+        "seconds": summary.seconds,
+        "methods": [
+            {
+                "method": method.method,
+                "frames": method.frames,
+                "valid": method.valid,
+                "residual_px": method.median_rms_px,
+                "residual_cells": method.median_rms_cells,
+                "left_out": method.ranges,
+                "invalid": [{"reason": reason, "frames": count} for reason, count in method.reasons],
+            }
+            for method in summary.methods
+        ],
+    }
+
+
 def _refusals(method: MethodSummary) -> Iterator[str]:
     """Why frames have no homography; reasons that carry a figure of the frame's own may be many."""
     for reason, count in method.reasons[:_REASONS]:

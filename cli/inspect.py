@@ -1,109 +1,148 @@
-"""`ogmkit inspect`: what a dataset, a shard or a folder of shards holds."""
+"""`ogmkit inspect`: what a dataset, shards, a training or a checkpoint holds."""
 
+from __future__ import annotations
+
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from .options import version_option
-from .text import text_table
+from .command import Command
+from .options import json_option, version_option
+from .paths import EXISTING
+from .text import json_text
 
 if TYPE_CHECKING:
-    import h5py
-
     from ogmkit.shards.reader import Shard
 
 
-@click.command()
-@click.argument("path", type=click.Path(exists=True, path_type=Path))
+@click.command(
+    cls=Command,
+    examples=(
+        "ogmkit inspect shards",
+        "ogmkit inspect runs/footprints --json",
+    ),
+)
+@click.argument("path", type=EXISTING)
 @version_option
-def command(path: Path, version: str | None) -> None:
-    """Show what a dataset or a shard holds.
+@json_option
+def command(path: Path, version: str | None, as_json: bool) -> None:
+    """Show what a dataset, shards, a training or a checkpoint holds.
 
-    PATH is a dataset's root, a shard (scene.h5), or a folder that `ogmkit extract` wrote.
-    """
+    PATH is a dataset's root, a folder that `ogmkit extract` wrote or a shard in it (scene.h5), a RUN folder
+    that `ogmkit train` wrote, or a checkpoint (file.ckpt), which needs torch to be read. Of shards, also the
+    frames that lack a valid trajectory, homography or set of masks are listed, with the reason.
+
+    Fields of --json: path, kind (dataset, shards, shard, run or checkpoint), then by kind:
+
+    \b
+    dataset     version, cameras, splits, scenes
+    shards      version, dataroot, settings, shards, invalid (camera, of, reason, frames: how many)
+    shard       scene, location, version, grid, cameras (camera, frames, datasets),
+                invalid (scene, camera, of, reason, frames: their numbers from 0)
+    run         system, settings, scenes, checkpoints, figures (epoch, step, name, value)
+    checkpoint  system, settings, grid, cameras, epoch, package_version
+    """  # noqa: D301  # Click wants the character
+    kind = _kind(path)
+    held = {"path": str(path), "kind": kind, **_READERS[kind](path, version)}
+    if as_json:
+        click.echo(json_text(held))
+        return
+    from .inspect_text import WRITERS
+
+    click.echo("\n".join(WRITERS[kind](held)))
+
+
+def _kind(path: Path) -> str:
+    """What a path is, by its looks."""
+    from ogmkit.learn.run_summary import is_checkpoint, is_run
+    from ogmkit.shards.manifest import NAME
+
     if path.is_file():
-        click.echo(_shard(path))
-    elif (path / "manifest.json").is_file():
-        click.echo(_shards(path))
-    else:
-        click.echo(_dataset(path, version))
+        return "checkpoint" if is_checkpoint(path) else "shard"
+    if is_run(path):
+        return "run"
+    return "shards" if (path / NAME).is_file() else "dataset"
 
 
-def _dataset(root: Path, version: str | None) -> str:
+def _dataset(root: Path, version: str | None) -> dict[str, Any]:
     from ogmkit.nuscenes.dataset import Dataset
 
     with Dataset(root, version) as dataset:
-        scenes, cameras, splits = dataset.overview(), dataset.channels(), dataset.splits()
-        found = dataset.version
-    rows = [
-        (s.name, s.location, s.frames, len(s.cameras), s.boxes, f"{s.images_present:,} of {s.images:,}")
-        for s in scenes
-    ]
-    return "\n".join(
-        (
-            f"{root}: {found}, {len(scenes):,} scenes, {sum(s.frames for s in scenes):,} key frames, "
-            f"{sum(s.boxes for s in scenes):,} boxes",
-            f"cameras: {', '.join(cameras)}",
-            f"splits: {', '.join(f'{name} ({len(names)})' for name, names in splits.items()) or 'none'}",
-            "",
-            text_table(("scene", "location", "key frames", "cameras", "boxes", "images present"), rows),
-        )
-    )
+        return {
+            "version": dataset.version,
+            "cameras": dataset.channels(),
+            "splits": dataset.splits(),
+            "scenes": [asdict(scene) for scene in dataset.overview()],
+        }
 
 
-def _shards(folder: Path) -> str:
+def _shards(folder: Path, version: str | None) -> dict[str, Any]:
+    del version
+    from ogmkit.shards.invalid import count_invalid
     from ogmkit.shards.manifest import read_manifest
 
     manifest = read_manifest(folder)
-    rows = [
-        (shard.scene, shard.location, shard.frames, shard.bytes, ", ".join(shard.splits))
-        for shard in manifest.shards
-    ]
-    return "\n".join(
-        (
-            f"{folder}: {len(rows)} shards of {manifest.dataset_version}",
-            "",
-            text_table(("scene", "location", "frames", "bytes", "splits"), rows),
-        )
-    )
+    return {
+        "version": manifest.dataset_version,
+        "dataroot": manifest.dataroot,
+        "settings": manifest.settings.to_dict(),
+        "shards": [asdict(entry) for entry in manifest.shards],
+        "invalid": [asdict(count) for count in count_invalid(folder, manifest)],
+    }
 
 
-def _shard(path: Path) -> str:
-    from ogmkit.errors import ShardError
-    from ogmkit.shards.reader import H5_ERRORS, REMEDY, Shard
+def _shard(path: Path, version: str | None) -> dict[str, Any]:
+    del version
+    from ogmkit.shards.invalid import invalid_frames
+    from ogmkit.shards.reader import H5_ERRORS, Shard, damaged
 
     with Shard(path) as shard:
         try:
-            return _shard_text(shard)
+            return {
+                "scene": shard.scene,
+                "location": shard.location,
+                "version": shard.dataset_version,
+                "grid": asdict(shard.grid),
+                "cameras": [_camera(shard, camera) for camera in shard.cameras],
+                "invalid": [asdict(found) for found in invalid_frames(shard)],
+            }
         except H5_ERRORS as error:
-            raise ShardError(f"{path}: damaged inside ({error}); {REMEDY}") from error
+            raise damaged(path, error) from error
 
 
-def _shard_text(shard: "Shard") -> str:
-    grid = shard.grid
-    lines = [
-        f"{shard.path}: {shard.scene}, {shard.location}, {shard.dataset_version}",
-        f"grid: {grid.rows} rows × {grid.columns} columns, {grid.m_per_cell} m a cell, "
-        f"ego at row {grid.ego_row}, column {grid.ego_column}",
-    ]
-    for camera in shard.cameras:
-        lines += ["", f"{camera}: {shard.frames(camera)} frames", _datasets(shard.h5[camera])]
-    return "\n".join(lines)
+def _camera(shard: Shard, camera: str) -> dict[str, Any]:
+    from ogmkit.shards.contents import datasets_of
+
+    datasets = [asdict(found) for found in datasets_of(shard, camera)]
+    return {"camera": camera, "frames": shard.frames(camera), "datasets": datasets}
 
 
-def _datasets(group: "h5py.Group") -> str:
-    """A table of all datasets below a group."""
-    import h5py
+def _run(folder: Path, version: str | None) -> dict[str, Any]:
+    del version
+    from .extras import require_yaml
 
-    rows: list[tuple[str, str, str, str]] = []
+    require_yaml()
+    from ogmkit.learn.run_summary import summarise_run
 
-    def add(name: str, item: object) -> None:
-        if isinstance(item, h5py.Dataset):
-            shape = " × ".join(str(side) for side in item.shape)
-            text = h5py.check_string_dtype(item.dtype) is not None
-            kind = "text" if text else str(h5py.check_vlen_dtype(item.dtype) or item.dtype)
-            rows.append((name, shape, kind, str(item.attrs.get("description", ""))))
+    return asdict(summarise_run(folder))
 
-    group.visititems(add)
-    return text_table(("dataset", "shape", "type", "holds"), rows)
+
+def _checkpoint(path: Path, version: str | None) -> dict[str, Any]:
+    del version
+    from .extras import require_train
+
+    require_train()
+    from ogmkit.learn.run_summary import summarise_checkpoint
+
+    return asdict(summarise_checkpoint(path))
+
+
+_READERS = {
+    "dataset": _dataset,
+    "shards": _shards,
+    "shard": _shard,
+    "run": _run,
+    "checkpoint": _checkpoint,
+}

@@ -2,19 +2,25 @@
 
 import importlib
 import signal
+import sys
+from typing import Any
 
 import click
 
 from ogmkit import __version__
 from ogmkit.errors import OgmkitError
 
+from .command import PREFIX, bind_variables
 from .groups import SuggestingGroup
+from .logs import LOG, log_options
+from .progress import RESUMES
+from .terminal import adapt
 from .text import one_line
 
 COMMANDS = {
     "synthesize": "Make a nuScenes-style dataset out of nothing.",
     "check": "Check a dataset against numbered rules.",
-    "inspect": "Show what a dataset or a shard holds.",
+    "inspect": "Show what a dataset, shards, a training or a checkpoint holds.",
     "extract": "Turn a dataset into training targets, one HDF5 shard a scene.",
     "verify": "Check shards against their schema, checksums and each other.",
     "homography-fit": "Fit camera-to-BEV homographies to every frame.",
@@ -50,9 +56,24 @@ class Interrupted(Failure):
 class LazyGroup(SuggestingGroup):
     """Lists commands from `COMMANDS`; the module `<name>.py` beside this one is imported on demand."""
 
+    def __init__(self, *arguments: Any, **attributes: Any) -> None:  # noqa: ANN401  # as of `click.Group`
+        super().__init__(*arguments, **attributes)
+        self.params[:0] = log_options()
+
+    def main(self, *arguments: Any, **attributes: Any) -> Any:  # noqa: ANN401  # as of `click.Group`
+        """Run the command line, on a terminal with whatever character set."""
+        adapt(sys.stdout)
+        adapt(sys.stderr)
+        return super().main(*arguments, **attributes)
+
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Names in the order of work."""
         return list(COMMANDS)
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Read options, also from the environment."""
+        bind_variables(self, ctx)
+        return super().parse_args(ctx, args)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import one command; None where there is none of that name."""
@@ -71,28 +92,47 @@ class LazyGroup(SuggestingGroup):
         """Run a command; what it raises on purpose, or what the machine denies it, becomes one line."""
         try:
             return super().invoke(ctx)
-        except OgmkitError as error:
-            raise Failure(f"error: {error}") from error
-        except KeyboardInterrupt as error:
-            raise Interrupted(_interrupted(ctx.invoked_subcommand)) from error
-        except MemoryError as error:
-            raise Failure("error: out of memory; try fewer --workers or a smaller grid") from error
         except BrokenPipeError:
             raise  # Click ends quietly
-        except OSError as error:
-            raise Failure(f"error: {error}") from error
+        except (OgmkitError, KeyboardInterrupt, MemoryError, OSError) as error:
+            failure = _failure(error, ctx.invoked_subcommand)
+            LOG.error(one_line(failure.message))
+            raise failure from error
+        except click.ClickException as error:
+            LOG.error(one_line(error.format_message()))
+            raise
+
+
+def _failure(error: BaseException, command: str | None) -> Failure:
+    """The line that tells of an error."""
+    if isinstance(error, KeyboardInterrupt):
+        return Interrupted(_interrupted(command))
+    if isinstance(error, MemoryError):
+        return Failure("error: out of memory; try fewer --workers or a smaller grid")
+    return Failure(f"error: {error}")
 
 
 def _interrupted(command: str | None) -> str:
-    return "interrupted; run the same command to resume" if command in RESUMABLE else "interrupted"
+    return RESUMES if command in RESUMABLE else "interrupted"
 
 
 @click.group(
-    cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100}
+    cls=LazyGroup,
+    examples=("ogmkit synthesize world", "ogmkit -v --log-file extract.log extract world shards"),
+    context_settings={
+        "help_option_names": ["-h", "--help"],
+        "max_content_width": 100,
+        "auto_envvar_prefix": PREFIX,
+    },
 )
-@click.version_option(__version__, prog_name="ogmkit", message="%(prog)s %(version)s")
+@click.version_option(
+    __version__, prog_name="ogmkit", message="%(prog)s %(version)s", allow_from_autoenv=False
+)
 def main() -> None:
     """Exact bird's-eye-view ground truth from nuScenes-style datasets.
 
-    `ogmkit COMMAND --help` describes a command.
+    `ogmkit COMMAND --help` describes a command. Options may also come from environment variables: those of
+    `ogmkit extract` from OGMKIT_EXTRACT_…, such as OGMKIT_EXTRACT_WORKERS for --workers, those of `ogmkit
+    train oft` from OGMKIT_TRAIN_OFT_…. Options on the command line take precedence. -v, -q and --log-file may
+    stand before or after COMMAND.
     """

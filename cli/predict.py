@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from .command import Command
 from .extras import require_train
 from .groups import SuggestingGroup
 from .homography_table import summary_lines
@@ -15,12 +16,24 @@ from .predict_plan import plan
 from .progress import progress
 
 
-@click.group(cls=SuggestingGroup)
+@click.group(
+    cls=SuggestingGroup,
+    examples=(
+        "ogmkit predict homography shards --checkpoint runs/homography",
+        "ogmkit predict footprints shards --checkpoint runs/footprints --out masks",
+    ),
+)
 def command() -> None:
     """Predict with a trained network."""
 
 
-@command.command()
+@command.command(
+    cls=Command,
+    examples=(
+        "ogmkit predict homography shards --checkpoint runs/homography",
+        "ogmkit predict homography shards --checkpoint runs/other --name network-other",
+    ),
+)
 @shards_argument
 @checkpoint_option
 @click.option(
@@ -44,6 +57,9 @@ def homography(
     same command again.
     """
     require_train()
+    from ogmkit.learn.predict.choice import Choice, require_predictable
+
+    require_predictable(checkpoint, shards, Choice(cameras=cameras))  # before torch, which takes its time
     from ogmkit.learn.predict.homographies import predict_homographies
 
     with progress(None, "shards", "predict homography") as advance:

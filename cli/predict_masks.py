@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
+from .command import Command
 from .extras import require_train
-from .options import cameras_option, scenes_option, shards_split_file_option, splits_option
+from .options import cameras_option, scenes_option, shards_split_file_option, splits_option, workers_option
+from .paths import EXISTING, EXISTING_FILE, EXISTING_FOLDER, FOLDER
 from .progress import progress
 from .text import with_number
 
@@ -29,25 +31,18 @@ SYSTEMS = {
 
 checkpoint_option = click.option(
     "--checkpoint",
-    type=click.Path(exists=True, path_type=Path),
+    type=EXISTING,
     metavar="RUN",
     required=True,
     help="Folder that `ogmkit train` wrote, of which the best checkpoint is taken; or a checkpoint.",
 )
-source_argument = click.argument("source", type=click.Path(exists=True, file_okay=False, path_type=Path))
+source_argument = click.argument("source", type=EXISTING_FOLDER)
 limit_option = click.option(
     "--limit-frames", "limit", type=click.IntRange(min=1), show_default="all", help="Frames, evenly spread."
 )
-read_ahead_option = click.option(
-    "--workers",
-    type=click.IntRange(min=0),
-    default=0,
-    show_default=True,
-    help="Number of worker processes that read ahead; 0 reads in this process.",
-)
 homography_checkpoint_option = click.option(
     "--homography-checkpoint",
-    type=click.Path(exists=True, path_type=Path),
+    type=EXISTING,
     metavar="RUN",
     help="Run of homography that says how images get to the plane, with --calibration.",
 )
@@ -67,6 +62,10 @@ With --calibration, from SOURCE, a folder of {inputs}: FOLDER gets predictions.h
 <name>_<view>_<target>.png. FILE is one JSON object, or one for each input by its name, with {keys}. See
 docs/predict.md.
 """
+_EXAMPLES = (
+    "ogmkit predict {system} shards --checkpoint runs/{system} --out masks",
+    "ogmkit predict {system} files --checkpoint runs/{system} --out masks --calibration calibration.json",
+)
 _KEYS = {
     "footprints": "image_size and either bev_from_image (3 × 3, pixels to cells), intrinsics (3 × 3) and "
     "level_from_camera (4 × 4), or --homography-checkpoint",
@@ -81,7 +80,7 @@ _OPTIONS = (
     click.option(
         "--out",
         "folder",
-        type=click.Path(file_okay=False, path_type=Path),
+        type=FOLDER,
         metavar="FOLDER",
         required=True,
         help="Folder for the files; those of the same names are replaced.",
@@ -96,7 +95,7 @@ _OPTIONS = (
     ),
     click.option(
         "--calibration",
-        type=click.Path(exists=True, dir_okay=False, path_type=Path),
+        type=EXISTING_FILE,
         metavar="FILE",
         help="What is known of the camera or LiDAR, where SOURCE holds no shards.",
     ),
@@ -106,7 +105,7 @@ _OPTIONS = (
     cameras_option(),
     limit_option,
     batch_size_option,
-    read_ahead_option,
+    workers_option,
 )
 _FOOTPRINT_OPTIONS = (
     click.option(
@@ -130,7 +129,8 @@ def system_command(system: str) -> click.Command:
         run = option(run)
     inputs = "*.pcd.bin" if system == "bev-lidar" else "*.jpg and *.png"
     text = _HELP.format(first=SYSTEMS[system], inputs=inputs, keys=_KEYS[system])
-    return click.command(system, help=text)(run)
+    shown = tuple(example.format(system=system) for example in _EXAMPLES)
+    return click.command(system, cls=Command, help=text, examples=shown)(run)
 
 
 def _run(
@@ -148,13 +148,17 @@ def _run(
 ) -> None:
     require_fitting(calibration, homography_checkpoint, OF_SHARDS)
     require_train()
+    from ogmkit.learn.predict.choice import Choice, require_predictable
+
+    choice = Choice(**chosen)
+    if calibration is None:  # before torch, which takes its time
+        require_predictable(checkpoint, source, choice)
     from ogmkit.learn.predict.images import predict_images
-    from ogmkit.learn.predict.shards import Choice, PredictionJob, predict_shards
+    from ogmkit.learn.predict.shards import PredictionJob, predict_shards
 
     job = PredictionJob(system, checkpoint, folder, form, batch_size, workers)
     with progress(None, "frames", f"predict {system}") as advance:
         if calibration is None:
-            choice = Choice(**chosen)
             summary = predict_shards(job, source, homography=homography, choice=choice, on_progress=advance)
         else:
             summary = predict_images(

@@ -9,15 +9,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from .command import Command
 from .extras import require_train
-from .options import cameras_option, scenes_option, shards_split_file_option, splits_option
+from .options import cameras_option, scenes_option, shards_split_file_option, splits_option, workers_option
+from .paths import EXISTING_FILE, FILE
 from .predict_masks import (
     OF_SHARDS,
     batch_size_option,
     checkpoint_option,
     homography_checkpoint_option,
     limit_option,
-    read_ahead_option,
     require_fitting,
     source_argument,
 )
@@ -27,15 +28,25 @@ from .text import with_number
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from ogmkit.learn.predict.choice import Choice
     from ogmkit.learn.predict.plans.objects import PlanStream
 
+_CHOICE = ("scenes", "splits", "split_file", "cameras", "limit")
+"""Options that are the fields of `Choice`."""
 
-@click.command()
+
+@click.command(
+    cls=Command,
+    examples=(
+        "ogmkit predict plan shards --checkpoint runs/holistic --out plans.json",
+        "ogmkit predict plan images --checkpoint runs/end-to-end --calibration calibration.json",
+    ),
+)
 @source_argument
 @checkpoint_option
 @click.option(
     "--out",
-    type=click.Path(dir_okay=False, path_type=Path),
+    type=FILE,
     metavar="FILE",
     help="File for the list, replaced where it is there.  [default: stdout]",
 )
@@ -51,7 +62,7 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--calibration",
-    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    type=EXISTING_FILE,
     metavar="FILE",
     help="Calibration, past positions and destination, where SOURCE holds six images.",
 )
@@ -61,7 +72,7 @@ if TYPE_CHECKING:
 @cameras_option()
 @limit_option
 @batch_size_option
-@read_ahead_option
+@workers_option
 @click.option(
     "--homography",
     metavar="SOURCE",
@@ -84,10 +95,15 @@ def plan(source: Path, out: Path | None, calibration: Path | None, **values: Any
     """
     require_fitting(calibration, values["homography_checkpoint"], (*OF_SHARDS, "--batch-size", "--workers"))
     require_train()
+    from ogmkit.learn.predict.choice import Choice, require_predictable
+
+    choice = Choice(**{field: values.pop(field) for field in _CHOICE})
+    if calibration is None:  # before torch, which takes its time
+        require_predictable(values["checkpoint"], source, choice)
     from ogmkit.learn.predict.plans.objects import json_list, write_list
 
     with _bar(out) as advance:
-        stream = _stream(source, out, calibration, advance, **values)
+        stream = _stream(source, out, calibration, choice, advance, **values)
         if out is not None:
             write_list(out, stream.objects)
         else:
@@ -102,6 +118,7 @@ def _stream(
     source: Path,
     out: Path | None,
     calibration: Path | None,
+    choice: Choice,
     advance: Callable[[int, int], None] | None,
     checkpoint: Path,
     samples: int,
@@ -110,20 +127,18 @@ def _stream(
     workers: int,
     homography: str | None,
     homography_checkpoint: Path | None,
-    **chosen: Any,  # noqa: ANN401  # the fields of `Choice`
 ) -> PlanStream:
     from ogmkit.base.atomic import require_outside
     from ogmkit.learn.predict.plans.folder import plan_of_images
     from ogmkit.learn.predict.plans.objects import PlanJob
     from ogmkit.learn.predict.plans.shards import plans_of_shards
-    from ogmkit.learn.predict.shards import Choice
 
     job = PlanJob(checkpoint, samples, seed, batch_size, workers)
     if calibration is not None:
         return plan_of_images(job, source, calibration, homography_checkpoint=homography_checkpoint)
     if out is not None:
         require_outside(out, source)
-    return plans_of_shards(job, source, homography=homography, choice=Choice(**chosen), on_progress=advance)
+    return plans_of_shards(job, source, homography=homography, choice=choice, on_progress=advance)
 
 
 def _bar(out: Path | None) -> AbstractContextManager[Callable[[int, int], None] | None]:

@@ -4,16 +4,24 @@ from pathlib import Path
 
 import click
 
+from .command import Command
 from .options import cameras_option, list_option, scenes_option, shards_argument
+from .paths import EXISTING_FOLDER, FOLDER
 from .progress import progress
 
 
-@click.command()
+@click.command(
+    cls=Command,
+    examples=(
+        "ogmkit preview shards --out pictures",
+        "ogmkit preview shards --view footprints,stretch --scenes 'scene-00*'",
+    ),
+)
 @shards_argument
 @click.option(
     "--out",
     "pictures",
-    type=click.Path(file_okay=False, path_type=Path),
+    type=FOLDER,
     help="Folder for the pictures.  [default: SHARDS with -preview after its name]",
 )
 @list_option(
@@ -44,7 +52,7 @@ from .progress import progress
 )
 @click.option(
     "--dataroot",
-    type=click.Path(exists=True, file_okay=False, path_type=Path),
+    type=EXISTING_FOLDER,
     help="Dataset with the images, where the shards only refer to them (--images reference).",
 )
 def command(

@@ -1,6 +1,13 @@
-"""Text for terminals: tables, counts, messages of one line."""
+"""Text for terminals and programs: tables, counts, messages of one line, JSON."""
 
-from collections.abc import Sequence
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, is_dataclass
+
+from ogmkit.base.names import with_number
+
+__all__ = ["one_line", "text_table", "with_number"]
 
 
 def text_table(header: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
@@ -20,12 +27,6 @@ def text_table(header: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
     )
 
 
-def with_number(count: int, noun: str) -> str:
-    """`1 box`, `2 boxes`."""
-    ending = "" if count == 1 else "es" if noun.endswith("x") else "s"
-    return f"{count:,} {noun}{ending}"
-
-
 def one_line(text: str) -> str:
     """Text without line breaks or control characters: names in datasets may hold anything."""
     shown = (
@@ -33,6 +34,23 @@ def one_line(text: str) -> str:
         for character in text
     )
     return "".join(shown)
+
+
+def json_text(content: object) -> str:
+    """One JSON document, in ASCII: records as objects, numbers that aren't finite as null."""
+    return json.dumps(_plain(content), indent=2, allow_nan=False)
+
+
+def _plain(value: object) -> object:
+    if is_dataclass(value) and not isinstance(value, type):
+        return _plain(asdict(value))
+    if isinstance(value, Mapping):
+        return {str(key): _plain(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(one) for one in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value if isinstance(value, int | str | None) else str(value)
 
 
 def _shown(value: object) -> str:

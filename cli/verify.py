@@ -4,24 +4,39 @@ from pathlib import Path
 
 import click
 
-from .options import shards_argument
+from .command import Command
+from .options import json_option, shards_argument
 from .progress import progress
+from .text import json_text
 
 
-@click.command()
+@click.command(
+    cls=Command,
+    examples=(
+        "ogmkit verify shards",
+        "ogmkit verify shards --json",
+    ),
+)
 @shards_argument
-def command(shards: Path) -> None:
+@json_option
+def command(shards: Path, as_json: bool) -> None:
     """Check shards against their schema, checksums and each other.
 
     Reads all of SHARDS, a folder that `ogmkit extract` finished. Problems are written to stdout, one a line,
     with exit code 1.
+
+    Fields of --json: shards (the folder), sound (true or false), problems (a list: file, message).
     """
     from ogmkit.shards.verify import verify_folder
 
     with progress(None, "shards", "verify") as advance:
         problems = verify_folder(shards, on_progress=advance)
-    for problem in problems:
-        click.echo(f"{problem.file}: {problem.message}")
+    if as_json:
+        click.echo(json_text({"shards": shards, "sound": not problems, "problems": problems}))
+    elif problems:
+        for problem in problems:
+            click.echo(f"{problem.file}: {problem.message}")
+    else:
+        click.echo(f"{shards}: sound")
     if problems:
         raise click.exceptions.Exit(1)
-    click.echo(f"{shards}: sound")

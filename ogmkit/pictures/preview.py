@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from ogmkit.base.atomic import output_errors, require_outside
+from ogmkit.base.names import matching
 from ogmkit.errors import SettingsError, ShardError
 from ogmkit.pictures.bev_panel import plan_for
 from ogmkit.pictures.masks import DEFAULT_SET, MaskSet, open_sets
@@ -39,7 +40,7 @@ def preview(
             are replaced.
         subjects: what to draw, names of `ogmkit.pictures.subjects.SUBJECTS`; a sheet each.
         mask_set: which set of camera-view masks to draw, for subjects that show one.
-        scenes: names; empty = all.
+        scenes: names, or patterns such as `scene-00*`; empty = all.
         cameras: channels; empty = all.
         frames: how many frames a sheet shows, evenly spread over the scene.
         dataroot: where to find images that the shards only refer to; None draws an empty panel instead.
@@ -137,14 +138,11 @@ def _chosen(
 ) -> tuple[tuple[ShardEntry, str], ...]:
     """Shards and cameras asked for, in the manifest's order."""
     known_scenes = tuple(entry.scene for entry in manifest.shards)
-    known_cameras = manifest.settings.cameras
-    for kind, asked, known in (("scene", scenes, known_scenes), ("camera", cameras, known_cameras)):
-        for name in asked:
-            if name not in known:
-                raise SettingsError(f"{out}: has no {kind} {name!r}; it has {', '.join(known) or 'none'}")
+    chosen_scenes = matching("scene", scenes, known_scenes, out)
+    chosen_cameras = matching("camera", cameras, manifest.settings.cameras, out)
     return tuple(
         (entry, camera)
         for entry in manifest.shards
-        for camera in known_cameras
-        if entry.scene in (scenes or known_scenes) and camera in (cameras or known_cameras)
+        if entry.scene in chosen_scenes
+        for camera in chosen_cameras
     )

@@ -13,6 +13,7 @@ from ogmkit.workflow.config import Config
 from ogmkit.workflow.engine import OnStep, plan_steps, run_steps
 from ogmkit.workflow.evaluating import WRITERS, EvaluatePerception, EvaluatePlanning, Write
 from ogmkit.workflow.extraction import Extract
+from ogmkit.workflow.needs import require_needs
 from ogmkit.workflow.records import NAME, read_records
 from ogmkit.workflow.steps import Action, Progress, Step
 from ogmkit.workflow.training import Train
@@ -71,6 +72,7 @@ def plan_chain(config: Config, writers: Mapping[str, Write] | None = None) -> tu
         OgmkitError: as `run_chain`, as far as that shows before anything is done.
     """
     _require_ours(config)
+    require_needs(config)
     steps = steps_of(config, writers)
     return tuple(
         PlannedStep(step.name, decision.action, decision.reason)
@@ -98,10 +100,11 @@ def run_chain(
 
     Raises:
         OutputError: the folder is foreign or can't be written, or another run holds it.
-        OgmkitError: what a step failed with, its name in front.
+        OgmkitError: what a step failed with, or needs and will not get; its name in front.
         KeyboardInterrupt: Ctrl-C, once a training has saved its state.
     """
     _require_ours(config)
+    require_needs(config)
     steps = steps_of(config, writers)
     with locked(config.out):
         _write_config(config)

@@ -53,7 +53,7 @@ def plan_steps(out: Path, steps: Sequence[Step]) -> tuple[Decision, ...]:
     identities: dict[str, str | None] = {}
     for step in steps:
         record = records.get(step.name)
-        with _named(step):
+        with named(step.name):
             decision = decide(step, {name: identities[name] for name in step.needs}, record)
         decisions.append(decision)
         made = record.identity if record is not None and decision.action == "skip" else None
@@ -83,7 +83,7 @@ def run_steps(
     for number, step in enumerate(steps, 1):
         needed = {name: ledger.records[name].identity for name in step.needs}
         record = ledger.records.get(step.name)
-        with _named(step):
+        with named(step.name):
             decision = decide(step, needed, record)
             report = StepReport(step.name, number, len(steps), "begun", decision.reason)
             if record is not None and decision.action == "skip":
@@ -143,12 +143,12 @@ def _do(ledger: _Ledger, step: Step, decision: Decision, needed: dict[str, str],
 
 
 @contextmanager
-def _named(step: Step) -> Iterator[None]:
-    """Put the step's name before what it fails with."""
+def named(step: str) -> Iterator[None]:
+    """Put a step's name before what it fails with."""
     try:
         yield
     except OgmkitError as error:
-        raise type(error)(f"{step.name}: {error}") from error
+        raise type(error)(f"{step}: {error}") from error
 
 
 def _tell(on_step: OnStep | None, report: StepReport) -> None:

@@ -50,9 +50,9 @@ def test_the_options_have_the_librarys_defaults():
     assert settings.min_points is None
 
 
-def test_it_tells_what_the_methods_are_worth(out):
+def test_it_tells_what_the_methods_are_worth(out, complaints):
     result = run(out, "--method", "surface", "--method", "robust")
-    assert (result.exit_code, result.stderr) == (0, "")
+    assert (result.exit_code, complaints(result.stderr)) == (0, "")
     lines = result.stdout.splitlines()
     assert lines[0].startswith("32 frames in 2 shards (0 had it all before)")
     surface, robust = (
@@ -64,6 +64,26 @@ def test_it_tells_what_the_methods_are_worth(out):
     frames = sum(int(line.split()[4]) for line in refused)
     assert f"{32 - frames} of 32" in robust[0]
     assert verify_folder(out) == ()
+
+
+def test_json_says_what_the_table_says(out, complaints):
+    result = run(out, "--method", "surface,robust", "--json")
+    assert (result.exit_code, complaints(result.stderr)) == (0, "")
+    held = json.loads(result.stdout)
+    assert (held["shards"], held["kept"]) == (2, 0)
+    surface, robust = held["methods"]
+    figures = {name: surface[name] for name in ("method", "frames", "valid", "invalid")}
+    assert figures == {"method": "surface", "frames": 32, "valid": 32, "invalid": []}
+    assert robust["valid"] + sum(one["frames"] for one in robust["invalid"]) == 32
+    assert {one["from_m"] for one in robust["left_out"]} == {0, 20, 40}
+    assert set(robust["left_out"][0]) == {"from_m", "to_m", "boxes", "median_m", "p90_m", "refused_share"}
+
+
+def test_json_has_null_for_what_was_not_measured(out):
+    result = run(out, "--method", "plane", "--min-spread", 1000, "--json")
+    (plane,) = json.loads(result.stdout)["methods"]
+    assert (plane["valid"], plane["residual_px"], plane["left_out"][0]["median_m"]) == (0, None, None)
+    assert sum(one["frames"] for one in plane["invalid"]) == 32
 
 
 def test_many_reasons_are_counted_instead_of_listed(out):
@@ -182,13 +202,13 @@ def unknown_camera(out):
         (lambda out: ["--max-distance", "inf"], "max_distance_m: inf m is not a positive distance"),
     ],
 )
-def test_bad_input_takes_one_line_and_loses_nothing(out, spoil, message, contents):
+def test_bad_input_takes_one_line_and_loses_nothing(out, spoil, message, contents, complaints):
     options = spoil(out)
     before = contents(out)
     result = run(out, *options)
     assert (result.exit_code, result.stdout) == (1, "")
     assert message in result.stderr
-    assert result.stderr.count("\n") == 1
+    assert complaints(result.stderr).count("\n") == 1
     assert contents(out) == before
 
 

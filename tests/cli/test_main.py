@@ -116,7 +116,7 @@ def test_version():
 @pytest.mark.parametrize("arguments", [[], ["--help"]])
 def test_help_lists_every_command_in_order(arguments):
     text = CliRunner().invoke(shell.main, arguments, terminal_width=100).output
-    listed = text.partition("Commands:\n")[2].splitlines()
+    listed = text.partition("Commands:\n")[2].partition("\n\n")[0].splitlines()
 
     assert [line.split(maxsplit=1) for line in listed] == [[*item] for item in shell.COMMANDS.items()]
 

@@ -74,8 +74,18 @@ def test_failures_are_one_line_and_exit_1(shards, tmp_path):
     result = run(shards, "--out", tmp_path, "--scenes", "no-such-scene")
 
     assert result.exit_code == 1
-    assert result.stderr.startswith(f"ogmkit: error: {shards}: has no scene 'no-such-scene'")
+    assert result.stderr.startswith(f"ogmkit: error: {shards}: unknown scene 'no-such-scene'")
     assert result.stderr.count("\n") == 1
+
+
+def test_scenes_by_a_pattern(shards, tmp_path):
+    result = run(shards, "--out", tmp_path, "--scenes", "*-0002")
+    assert {path.partition("_CAM")[0] for path in result.stdout.splitlines()} == {f"{tmp_path}/scene-0002"}
+    failed = run(shards, "--out", tmp_path, "--scenes", "scene-09*")
+    assert (failed.exit_code, failed.stderr) == (
+        1,
+        f"ogmkit: error: {shards}: no scene matches 'scene-09*'; did you mean scene-0002 or scene-0001?\n",
+    )
 
 
 def test_usage_errors_exit_2(tmp_path):

@@ -1,3 +1,5 @@
+import json
+
 import pytest
 from click.testing import CliRunner
 from ogmkit_cli.main import main
@@ -14,22 +16,27 @@ def extracted(tmp_path_factory, tiny_dataroot):
     return out
 
 
-def verify(out):
-    return CliRunner().invoke(main, ["verify", str(out)])
+def verify(out, *more):
+    return CliRunner().invoke(main, ["verify", str(out), *more])
 
 
 def test_a_sound_folder(extracted):
     result = verify(extracted)
     assert (result.exit_code, result.stdout, result.stderr) == (0, f"{extracted}: sound\n", "")
+    held = json.loads(verify(extracted, "--json").stdout)
+    assert held == {"shards": str(extracted), "sound": True, "problems": []}
 
 
 def test_problems_take_a_line_each(extracted):
     path = next(extracted.glob("*.h5"))
     whole = path.read_bytes()
     path.write_bytes(whole[:-1])
-    result = verify(extracted)
+    result, as_json = verify(extracted), verify(extracted, "--json")
     path.write_bytes(whole)
-    assert result.exit_code == 1
+    assert (result.exit_code, as_json.exit_code) == (1, 1)
+    held = json.loads(as_json.stdout)
+    assert (held["shards"], held["sound"]) == (str(extracted), False)
+    assert [f"{one['file']}: {one['message']}" for one in held["problems"]] == result.stdout.splitlines()
     lines = result.stdout.splitlines()
     assert len(lines) == 2
     assert all(line.startswith(f"{path.name}: ") for line in lines)

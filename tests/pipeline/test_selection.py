@@ -30,6 +30,14 @@ def test_scenes_are_chosen_by_name_and_split(dataset, split_file, names, splits,
     assert chosen == tuple(present[i] for i in expected)
 
 
+def test_scenes_are_chosen_by_patterns(dataset):
+    present = dataset.scene_names()
+    assert select_scenes(dataset, ["scene-*"]) == present
+    assert select_scenes(dataset, [f"*{present[1][-1]}", present[0]]) == present
+    with pytest.raises(SettingsError, match=r"no scene matches 'scene-9\*'; did you mean scene-"):
+        select_scenes(dataset, ["scene-9*"])
+
+
 def test_nothing_left_is_an_error(dataset, split_file):
     first = dataset.scene_names()[0]
     with pytest.raises(SettingsError, match="none of the scenes is in split one; choose others"):

@@ -119,16 +119,17 @@ def loader(dataset: Dataset[dict[str, Tensor]], batches: EpochBatches, *, worker
     Args:
         dataset: takes the keys that `batches` yields.
         batches: which samples make which batch.
-        workers: processes that read ahead and stay for all epochs; 0 reads in this one. They are spawned,
-            since a process with torch's threads or CUDA can't be forked safely.
+        workers: processes that read ahead and stay for all epochs; 0 or 1 reads in this one. They are
+            spawned, since a process with torch's threads or CUDA can't be forked safely.
     """
+    processes = workers if workers > 1 else 0
     return BatchLoader(
         dataset,
         batch_sampler=batches,
-        num_workers=workers,
+        num_workers=processes,
         worker_init_fn=_start_worker,
-        multiprocessing_context="spawn" if workers else None,
-        persistent_workers=workers > 0,
+        multiprocessing_context="spawn" if processes else None,
+        persistent_workers=processes > 0,
         pin_memory=torch.cuda.is_available(),
     )
 

@@ -104,7 +104,7 @@ def test_a_batch_has_a_size():
         batches_of(batch_size=0)
 
 
-@pytest.mark.parametrize("workers", [0, 1])
+@pytest.mark.parametrize("workers", [0, 2])
 def test_workers_follow_epochs_and_pass_errors_on_in_one_line(copied, workers):
     needs = SampleSpec((30, 64))
     index = index_frames(copied, ["scene-0001"], ["CAM_FRONT"], needs=needs)

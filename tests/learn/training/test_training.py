@@ -106,7 +106,7 @@ def test_workers_and_interruptions_change_nothing(tmp_path, learn_shards, number
             os.kill(os.getpid(), number)
 
     with pytest.raises(KeyboardInterrupt):
-        train(settings("footprints", epochs=2, workers=1), learn_shards, cut, on_progress=interrupt)
+        train(settings("footprints", epochs=2, workers=2), learn_shards, cut, on_progress=interrupt)
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
     assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
     assert read_checkpoint(cut / "last.ckpt")[0].batches in (2, 3)

@@ -1,0 +1,42 @@
+"""Types of options and arguments that are paths."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import click
+
+
+class UserPath(click.Path):
+    """A path that may begin with `~`, also where no shell expands it: in `--out=~/x` or a variable.
+
+    Args:
+        exists: it has to be there.
+        file_okay: it may be a file.
+        dir_okay: it may be a folder.
+    """
+
+    def __init__(self, *, exists: bool = False, file_okay: bool = True, dir_okay: bool = True) -> None:
+        super().__init__(exists=exists, file_okay=file_okay, dir_okay=dir_okay, path_type=Path)
+
+    def convert(
+        self,
+        value: str | os.PathLike[str],
+        param: click.Parameter | None,
+        ctx: click.Context | None,
+    ) -> str | bytes | os.PathLike[str]:
+        """Expand and check."""
+        return super().convert(os.path.expanduser(value), param, ctx)
+
+
+ANY = UserPath()
+"""A file or folder, there or not."""
+EXISTING = UserPath(exists=True)
+"""A file or folder that is there."""
+EXISTING_FILE = UserPath(exists=True, dir_okay=False)
+EXISTING_FOLDER = UserPath(exists=True, file_okay=False)
+FILE = UserPath(dir_okay=False)
+"""A file, there or not."""
+FOLDER = UserPath(file_okay=False)
+"""A folder, there or not."""
