@@ -8,7 +8,6 @@ from ogmkit.errors import SettingsError
 from ogmkit.nuscenes.categories import require_known
 from ogmkit.nuscenes.dataset import Dataset
 from ogmkit.pipeline.sources import SceneSource
-from ogmkit.pipeline.sources import SceneSource
 from ogmkit.shards.settings import ExtractSettings
 
 
