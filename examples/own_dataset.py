@@ -30,7 +30,8 @@ from ogmkit import (
     render_footprints,
 )
 
-Floats, Integers = NDArray[np.float64], NDArray[np.int64]
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
 GRID = GridSpec(m_per_cell=0.25, rows=160, columns=120, ego_row=160, ego_column=60)  # 40 m ahead, 15 m aside
 SETTINGS = ExtractSettings(TargetSettings(GRID), cameras=("CAM_FRONT",))

@@ -200,6 +200,7 @@ def test_no_block_is_left_out():
         path.name for path in PAGES if re.search(r"^```(sh|python|json)", path.read_text(), re.MULTILINE)
     }
 
-    assert with_blocks == {"README.md", "reproduce.md", "predict.md", "api.md"}  # api.md: tests/test_public.py
+    # The blocks of api.md run in tests/test_public.py.
+    assert with_blocks == {"README.md", "reproduce.md", "predict.md", "api.md"}
     counts = [len(blocks(page, "sh")) for page in ("README.md", "docs/predict.md")]
     assert [*counts, len(blocks("docs/predict.md", "json"))] == [3, 2, 3]
