@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,10 +18,25 @@ if TYPE_CHECKING:
     from ogmkit.learn.predict.run import Run
 
 ROWS = ("csv", "json")
-"""Formats that hold a row a figure: of one table only, since the two have other keys."""
+"""Formats that hold a row a figure: of one stage only, since the two have other keys."""
 FORMATS = ("text", "markdown", *ROWS, "latex")
 PICTURE_FRAMES = 4
 """Frames that a picture of a run shows."""
+
+
+@dataclass(frozen=True)
+class _Output:
+    """What is written.
+
+    Attributes:
+        form: the format on stdout.
+        all_tables: False writes the headline alone.
+        pictures: folder for pictures; None draws none.
+    """
+
+    form: str
+    all_tables: bool
+    pictures: Path | None
 
 
 @click.command()
@@ -49,13 +65,14 @@ PICTURE_FRAMES = 4
     show_default=True,
     help="Image size / mask size of the ceilings' true masks; not for planners.",
 )
+@click.option("--all", "all_tables", is_flag=True, help="Write all tables, not the headline alone.")
 @click.option(
     "--format",
     "form",
     type=click.Choice(FORMATS),
     default="text",
     show_default=True,
-    help="How to write the result to stdout; csv and json hold a row a figure, of one table.",
+    help="How to write the result to stdout; csv and json hold every figure, a row each, of one stage.",
 )
 @click.option(
     "--pictures",
@@ -93,6 +110,7 @@ def command(
     cameras: tuple[str, ...],
     threshold: float,
     scale: float,
+    all_tables: bool,
     form: str,
     pictures: Path | None,
     batch_size: int,
@@ -103,13 +121,13 @@ def command(
 
     Grids by IoU, plans by displacement. SHARDS is a folder that `ogmkit extract` wrote; each RUN a folder
     that `ogmkit train` wrote, of which the best checkpoint is taken, or a checkpoint. Runs that predict grids
-    go to the first table, as do the rows that need no RUN; planners to the second. Intervals come from
-    resampling scenes.
+    go to the first table, as do the rows that need no RUN; planners to the second. 95 % intervals come from
+    resampling scenes, and need more than one.
 
-    Grids: drivable area and vehicles; in camera view, where a system has one, and in BEV: full, close (up to
-    50 m ahead, 10 m to each side) and far (over 50 m ahead); IoU of the foreground and its mean with the
-    background's; all cells and the field of view only. Another table says how often connected components
-    tell neighbouring vehicles apart.
+    Grids: IoU of drivable area and vehicles; in camera view, where a system has one, and in BEV: full, close
+    (up to 50 m ahead, 10 m to each side) and far (over 50 m ahead). The table has the foreground's IoU over
+    all cells; --all adds intervals, its mean with the background's, cells in the field of view only, and how
+    often connected components tell neighbouring vehicles apart.
 
     \b
     Rows that need no RUN, and stand below:
@@ -118,9 +136,9 @@ def command(
     ceiling-SOURCE     true footprints, warped by a homography: what it alone costs
     ceiling-full-body  true whole bodies, warped alike: what the stretch alone costs
 
-    Plans: ADE, L1 longitudinal and lateral at 0.5, 1.5 and 2.5 s: at the horizon, and the mean up to it. Then
-    the likelihood of the truth, how many truths the distributions' ellipses hold, and how many predicted
-    points are off the drivable area or in a vehicle.
+    Plans: ADE, L1 longitudinal and lateral at 0.5, 1.5 and 2.5 s. --all adds intervals, the means up to these
+    horizons, the likelihood of the truth, how many truths the distributions' ellipses hold, and how many
+    predicted points are off the drivable area or in a vehicle.
 
     \b
     Rows that stand below those of planners:
@@ -143,13 +161,14 @@ def command(
 
     samples = 0 if pictures is None else PICTURE_FRAMES
     settings = EvaluateSettings(split, homography, threshold, scale, batch_size, limit, samples)
+    output = _Output(form, all_tables, pictures)
     common = {"split_file": split_file, "cameras": cameras, "workers": workers}
     if grids or not planners:
-        _grids(shards, grids or opened, settings, form, pictures, common)
+        _grids(shards, grids or opened, settings, output, common)
     if grids and planners:
         click.echo()
     if planners:
-        _plans(shards, planners, settings, form, pictures, common)
+        _plans(shards, planners, settings, output, common)
 
 
 def open_runs(paths: tuple[Path, ...]) -> list[Run]:
@@ -183,8 +202,7 @@ def _grids(
     shards: Path,
     runs: list[Run],
     settings: EvaluateSettings,
-    form: str,
-    pictures: Path | None,
+    output: _Output,
     common: dict[str, Any],
 ) -> None:
     """The first table."""
@@ -192,11 +210,11 @@ def _grids(
 
     with progress(None, "frames", "evaluate") as advance:
         evaluation = evaluate(shards, runs, settings, **common, on_progress=advance)
-    click.echo(_written(evaluation, form), nl=False)
-    if pictures is not None:
+    click.echo(_written(evaluation, output), nl=False)
+    if output.pictures is not None:
         from ogmkit.pictures.evaluation_sheet import draw_evaluation
 
-        for path in draw_evaluation(shards, evaluation, pictures):
+        for path in draw_evaluation(shards, evaluation, output.pictures):
             click.echo(path, err=True)
 
 
@@ -204,8 +222,7 @@ def _plans(
     shards: Path,
     runs: list[Run],
     settings: EvaluateSettings,
-    form: str,
-    pictures: Path | None,
+    output: _Output,
     common: dict[str, Any],
 ) -> None:
     """The second table."""
@@ -213,26 +230,23 @@ def _plans(
 
     with progress(None, "sequences", "evaluate plans") as advance:
         evaluation = evaluate_plans(shards, runs, settings, **common, on_progress=advance)
-    click.echo(_written(evaluation, form), nl=False)
-    if pictures is not None:
+    click.echo(_written(evaluation, output), nl=False)
+    if output.pictures is not None:
         from ogmkit.pictures.planning_sheet import draw_plans
 
-        for path in draw_plans(shards, evaluation, pictures):
+        for path in draw_plans(shards, evaluation, output.pictures):
             click.echo(path, err=True)
 
 
-def _written(evaluation: Evaluation | PlanEvaluation, form: str) -> str:
+def _written(evaluation: Evaluation | PlanEvaluation, output: _Output) -> str:
     """The evaluation in a format."""
     from ogmkit.evaluation import formats
 
-    if form == "text":
+    if output.form in ROWS:
+        return {"csv": formats.as_csv, "json": formats.as_json}[output.form](evaluation)
+    if output.form == "text":
         from .evaluate_text import report_text
 
-        return report_text(formats.report_of(evaluation))
-    writers = {
-        "markdown": formats.as_markdown,
-        "csv": formats.as_csv,
-        "json": formats.as_json,
-        "latex": formats.as_latex,
-    }
-    return writers[form](evaluation)
+        return report_text(formats.report_of(evaluation, output.all_tables))
+    writers = {"markdown": formats.as_markdown, "latex": formats.as_latex}
+    return writers[output.form](evaluation, output.all_tables)

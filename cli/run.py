@@ -90,12 +90,12 @@ class _Display:
 
 
 def _writers() -> dict[str, Callable[[Evaluation | PlanEvaluation], str]]:
-    """Tables as this command prints them, kept beside those in other formats."""
+    """Headline tables as this command prints them, kept beside all tables in other formats."""
     from ogmkit.evaluation.formats import report_of
 
     from .evaluate_text import report_text
 
-    return {"txt": lambda evaluation: report_text(report_of(evaluation))}
+    return {"txt": lambda evaluation: report_text(report_of(evaluation, all_tables=False))}
 
 
 def _show_plan(config: Config) -> None:

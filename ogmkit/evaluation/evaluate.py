@@ -90,7 +90,6 @@ def evaluate(
         systems=tuple(entrant.name for entrant in entrants),
         fixed=fixed,
         figures=tuple(figure for tally in tallies for figure in tally.figures()),
-        separations=tuple(tally.separation() for tally in tallies),
         notes=(*map(_run_note, entrants, scored), *_notes(scope)),
         samples=tuple(sample for one in scored for sample in one.samples),
     )

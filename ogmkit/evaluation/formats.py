@@ -5,13 +5,13 @@ import io
 import json
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from typing import Any
 
 from ogmkit.evaluation.planning.report import plan_report
-from ogmkit.evaluation.planning.result import PlanEvaluation
+from ogmkit.evaluation.planning.result import PlanEvaluation, PlanFigure
 from ogmkit.evaluation.report import iou_report
-from ogmkit.evaluation.result import Evaluation
+from ogmkit.evaluation.result import Evaluation, Figure
 from ogmkit.evaluation.tables import Report, Table
 
 _LATEX = {
@@ -31,48 +31,51 @@ _LATEX = {
 }
 
 
-def report_of(evaluation: Evaluation | PlanEvaluation) -> Report:
-    """An evaluation's tables and what stands around them."""
-    return iou_report(evaluation) if isinstance(evaluation, Evaluation) else plan_report(evaluation)
+def report_of(evaluation: Evaluation | PlanEvaluation, all_tables: bool = True) -> Report:
+    """An evaluation's tables, or the headline alone, and what stands around them."""
+    if isinstance(evaluation, Evaluation):
+        return iou_report(evaluation, all_tables)
+    return plan_report(evaluation, all_tables)
 
 
 def as_csv(evaluation: Evaluation | PlanEvaluation) -> str:
-    """A line of keys, then a line a figure; what is undefined is left empty."""
-    report = report_of(evaluation)
+    """A line of keys, then a line for every figure, whatever tables show; what is undefined is left empty."""
     text = io.StringIO()
-    writer = csv.DictWriter(text, report.keys, lineterminator="\n")
+    kind = Figure if isinstance(evaluation, Evaluation) else PlanFigure
+    writer = csv.DictWriter(text, [field.name for field in fields(kind)], lineterminator="\n")
     writer.writeheader()
-    writer.writerows(_records(report))
+    writer.writerows(_records(evaluation))
     return text.getvalue()
 
 
 def as_json(evaluation: Evaluation | PlanEvaluation) -> str:
-    """A flat list of objects, one a figure and a line; what is undefined is null."""
-    lines = ",\n".join(json.dumps(record, allow_nan=False) for record in _records(report_of(evaluation)))
+    """A flat list of objects, one for every figure, whatever tables show; what is undefined is null."""
+    lines = ",\n".join(json.dumps(record, allow_nan=False) for record in _records(evaluation))
     return f"[\n{lines}\n]\n"
 
 
-def as_markdown(evaluation: Evaluation | PlanEvaluation) -> str:
-    """All tables, between heading and explanations."""
-    report = report_of(evaluation)
+def as_markdown(evaluation: Evaluation | PlanEvaluation, all_tables: bool = True) -> str:
+    """All tables, or the headline alone, between heading and explanations."""
+    report = report_of(evaluation, all_tables)
     parts = [f"**Evaluation** — {_plain(report.heading)}"]
     for table in report.tables:
         parts += [f"**{table.title}**", "\n".join(_markdown_lines(table))]
-    parts.append("\n".join(f"- {_plain(line)}" for line in report.explanations))
+    hint = [f"- {report.hint}."] if report.hint else []
+    parts.append("\n".join([*hint, *(f"- {_plain(line)}" for line in report.explanations)]))
     return "\n\n".join(parts) + "\n"
 
 
-def as_latex(evaluation: Evaluation | PlanEvaluation) -> str:
+def as_latex(evaluation: Evaluation | PlanEvaluation, all_tables: bool = True) -> str:
     """The same tables for the package booktabs."""
-    report = report_of(evaluation)
+    report = report_of(evaluation, all_tables)
     parts = ["% needs \\usepackage{booktabs}", f"% {report.heading}"]
-    parts += [f"% {line}" for line in report.explanations]
+    parts += [f"% {line}" for line in (report.hint, *report.explanations) if line]
     parts += ["\n".join(_latex_lines(table, report.heading)) for table in report.tables]
     return "\n".join(" ".join(part.splitlines()) if part.startswith("%") else part for part in parts) + "\n"
 
 
-def _records(report: Report) -> Iterator[dict[str, Any]]:
-    for figure in report.figures:
+def _records(evaluation: Evaluation | PlanEvaluation) -> Iterator[dict[str, Any]]:
+    for figure in evaluation.figures:
         values = asdict(figure)
         yield {
             key: None if isinstance(value, float) and math.isnan(value) else value

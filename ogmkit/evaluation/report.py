@@ -1,27 +1,42 @@
 """An evaluation as tables: the paper's layout, once for each kind of IoU and of cells."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import fields
 
-from ogmkit.evaluation.result import Evaluation, Figure, Separation
-from ogmkit.evaluation.tables import Report, Table, counted, with_interval
+from ogmkit.evaluation.result import Evaluation, Figure
+from ogmkit.evaluation.tables import WITH_INTERVAL, Report, Table, counted, further_tables, shown
 from ogmkit.metrics.iou import CELLS, IOUS
 from ogmkit.metrics.regions import CLOSE_AHEAD_M, CLOSE_ASIDE_M, REGIONS
-from ogmkit.metrics.separation import MAX_DISTANCE_M
+from ogmkit.metrics.separation import MAX_DISTANCE_M, PAIR_METRICS
 from ogmkit.samples.spec import TARGETS
 
-_IOU_NAMES = {"foreground": "foreground IoU", "mean": "mean of foreground and background IoU"}
-_CELL_NAMES = {"all": "all cells", "fov": "cells in the field of view only"}
+_IOU_NAMES = {"foreground_iou": "foreground IoU", "mean_iou": "mean of foreground and background IoU"}
+_CELL_NAMES = {"all": "all cells", "fov": "cells in the field of view"}
+_COLUMNS = {
+    ("camera", "full"): "camera",
+    **{("bev", region): "BEV full" if region == "full" else region for region in REGIONS},
+}
+"""View and region → what the column is called."""
+_LEFT_OUT = (
+    "the mean of foreground and background IoU, cells in the field of view only, and neighbouring vehicles "
+    "told apart"
+)
 
 
-def iou_report(evaluation: Evaluation) -> Report:
-    """The IoU tables, then the one of neighbouring vehicles."""
+def iou_report(evaluation: Evaluation, all_tables: bool) -> Report:
+    """The foreground's IoU over all cells; all tables: the other IoUs, intervals, neighbouring vehicles.
+
+    Args:
+        evaluation: what was found.
+        all_tables: False leaves the headline alone.
+    """
+    several = evaluation.scenes > 1
+    headline = _iou_table(evaluation, IOUS[0], CELLS[0], intervals=False)
+    left_out = f"95 % intervals, {_LEFT_OUT}" if several else _LEFT_OUT
     return Report(
         heading(evaluation),
-        (*tables(evaluation), separation_table(evaluation)),
-        explanations(evaluation),
-        tuple(field.name for field in fields(Figure)),
-        evaluation.figures,
+        (headline, *_rest(evaluation, several)) if all_tables else (headline,),
+        "" if all_tables else left_out,
+        tuple(_explanations(evaluation, all_tables and several)),
     )
 
 
@@ -37,57 +52,62 @@ def heading(evaluation: Evaluation) -> str:
     )
 
 
-def explanations(evaluation: Evaluation) -> tuple[str, ...]:
-    """Sentences to be read with the tables."""
-    return (
-        f"IoU in %, with its 95 % interval by resampling scenes. close: up to {CLOSE_AHEAD_M:g} m ahead and "
-        f"{CLOSE_ASIDE_M:g} m to each side; far: over {CLOSE_AHEAD_M:g} m ahead; camera: all pixels.",
-        *evaluation.notes,
+def _explanations(evaluation: Evaluation, intervals: bool) -> Iterator[str]:
+    yield (
+        f"close: in BEV, up to {CLOSE_AHEAD_M:g} m ahead and {CLOSE_ASIDE_M:g} m to each side; far: over "
+        f"{CLOSE_AHEAD_M:g} m ahead; camera: all pixels."
     )
+    if intervals:
+        yield "Intervals come from resampling scenes."
+    yield from evaluation.notes
 
 
-def tables(evaluation: Evaluation) -> tuple[Table, ...]:
-    """The IoU tables: foreground and mean, of all cells and in the field of view."""
-    return tuple(_iou_table(evaluation, kind, cells) for kind in IOUS for cells in CELLS)
+def _rest(evaluation: Evaluation, intervals: bool) -> Iterator[Table]:
+    """All tables but the headline."""
+    readings = [_iou_table(evaluation, metric, cells, intervals) for metric in IOUS for cells in CELLS]
+    yield from further_tables(readings, intervals)
+    yield _pairs_table(evaluation, intervals)
 
 
-def separation_table(evaluation: Evaluation) -> Table:
-    """How often connected components tell neighbouring vehicles apart."""
-    rows = {one.system: _separation_row(one) for one in evaluation.separations}
-    return Table(
-        f"Neighbouring vehicles (at most {MAX_DISTANCE_M:g} m apart) told apart by connected components, "
-        "in % of pairs found",
-        (),
-        ("system", "pairs", "found", "told apart"),
-        tuple(rows[name] for name in evaluation.systems),
-        tuple(rows[name] for name in evaluation.fixed),
-    )
-
-
-def _iou_table(evaluation: Evaluation, kind: str, cells: str) -> Table:
-    shown = {
+def _iou_table(evaluation: Evaluation, metric: str, cells: str, intervals: bool) -> Table:
+    """One reading of the IoU, with the paper's columns."""
+    figures = {
         (one.system, one.target, one.view, one.region): one
         for one in evaluation.figures
-        if one.iou == kind and (one.cells == cells or one.view == "camera")
+        if one.metric == metric and (one.cells == cells or one.view == "camera")
     }
-    columns = (("camera", "full"), *(("bev", region) for region in REGIONS))
 
     def rows(names: Sequence[str]) -> Iterator[tuple[str, ...]]:
         for name in names:
-            yield name, *(_percent(shown[name, target, *column]) for target in TARGETS for column in columns)
+            chosen = (figures[name, target, *column] for target in TARGETS for column in _COLUMNS)
+            yield name, *(_percent(one, intervals) for one in chosen)
 
     return Table(
-        f"{_IOU_NAMES[kind]}, {_CELL_NAMES[cells]}",
-        tuple((target, len(columns)) for target in TARGETS),
-        ("system", *(("camera", *(f"BEV {region}" for region in REGIONS)) * len(TARGETS))),
+        f"{_IOU_NAMES[metric]} in %{WITH_INTERVAL * intervals}, {_CELL_NAMES[cells]}",
+        tuple((target, len(_COLUMNS)) for target in TARGETS),
+        ("system", *(*_COLUMNS.values(),) * len(TARGETS)),
         tuple(rows(evaluation.systems)),
         tuple(rows(evaluation.fixed)),
     )
 
 
-def _separation_row(one: Separation) -> tuple[str, ...]:
-    return one.system, str(one.pairs), str(one.found), _percent(one)
+def _pairs_table(evaluation: Evaluation, intervals: bool) -> Table:
+    """How often connected components tell neighbouring vehicles apart."""
+    figures = {(one.system, one.metric): one for one in evaluation.figures}
+
+    def rows(names: Sequence[str]) -> Iterator[tuple[str, ...]]:
+        for name in names:
+            pairs, found, separated = (figures[name, metric] for metric in PAIR_METRICS)
+            yield name, *(f"{one.value:.0f}" for one in (pairs, found)), _percent(separated, intervals)
+
+    return Table(
+        f"neighbouring vehicles (at most {MAX_DISTANCE_M:g} m apart) told apart by connected components",
+        (),
+        ("system", "pairs", "found", f"told apart, in % of found{WITH_INTERVAL * intervals}"),
+        tuple(rows(evaluation.systems)),
+        tuple(rows(evaluation.fixed)),
+    )
 
 
-def _percent(one: Figure | Separation) -> str:
-    return with_interval(one, 1, factor=100)
+def _percent(one: Figure, interval: bool) -> str:
+    return shown(one, 1, factor=100, interval=interval)

@@ -1,55 +1,41 @@
 """What an evaluation found."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from ogmkit.evaluation.frames import Place
 from ogmkit.grid import GridSpec
 from ogmkit.typing import UInt8Array
 
+PAPER = "paper"
+"""The paper's definition of labels (design.md §3)."""
+
 
 @dataclass(frozen=True)
 class Figure:
-    """One IoU, a share between 0 and 1, with its interval; NaN where undefined or not measured.
+    """One figure with its interval; NaN where undefined or not measured.
 
     Attributes:
         system: the row of the table.
+        definition: of the labels that it was measured by.
         target: `drivable` or `vehicles`.
         view: `camera` or `bev`.
         region: `full`, `close` or `far`.
         cells: `all`, or `fov` for those in the field of view.
-        iou: `foreground`, or `mean` with the background's.
-        value: over all frames.
-        low: lower end of the 95 % interval.
-        high: its upper end.
+        metric: `foreground_iou`, or `mean_iou` with the background's; of neighbouring vehicles
+            (`ogmkit.metrics.separation`) the number of `pairs`, of `pairs_found`, and the share of these that
+            is told apart, `pairs_separated`.
+        value: over all frames: a share between 0 and 1, or a number of pairs.
+        low: lower end of the 95 % interval; NaN of numbers, and where there is one scene only.
+        high: its upper end, likewise.
     """
 
     system: str
+    definition: str = field(default=PAPER, kw_only=True)
     target: str
     view: str
     region: str
     cells: str
-    iou: str
-    value: float
-    low: float
-    high: float
-
-
-@dataclass(frozen=True)
-class Separation:
-    """How often a system's vehicle grid tells neighbouring vehicles apart (`ogmkit.metrics.separation`).
-
-    Attributes:
-        system: the row of the table.
-        pairs: neighbouring true vehicles.
-        found: pairs of which both are found.
-        value: share of the found pairs that are separated; NaN where none is found.
-        low: lower end of the 95 % interval.
-        high: its upper end.
-    """
-
-    system: str
-    pairs: int
-    found: int
+    metric: str
     value: float
     low: float
     high: float
@@ -88,7 +74,6 @@ class Evaluation:
         systems: names of the runs, in the order given.
         fixed: names of the rows that need no run.
         figures: system by system.
-        separations: the same.
         notes: sentences to be read with the tables.
         samples: kept predictions, run by run.
     """
@@ -104,6 +89,5 @@ class Evaluation:
     systems: tuple[str, ...]
     fixed: tuple[str, ...]
     figures: tuple[Figure, ...]
-    separations: tuple[Separation, ...]
     notes: tuple[str, ...]
     samples: tuple[Sample, ...]

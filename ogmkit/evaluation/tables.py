@@ -1,14 +1,14 @@
 """Tables of text, and what stands around them: what every evaluation is written as."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from ogmkit.evaluation.planning.result import PlanFigure
-from ogmkit.evaluation.result import Figure
-
 NOTHING = "NA"
 """What a table shows where there is no figure, as the paper has it."""
+WITH_INTERVAL = " [95 % interval]"
+"""What a title says where figures stand with their intervals."""
 
 
 @dataclass(frozen=True)
@@ -29,24 +29,39 @@ class Table:
     systems: tuple[tuple[str, ...], ...]
     fixed: tuple[tuple[str, ...], ...]
 
+    def by_group(self) -> tuple["Table", ...]:
+        """A table for each group of columns, each with the names of the rows."""
+        first, parts = 1, []
+        for text, count in self.groups:
+            header, systems, fixed = (
+                tuple((line[0], *line[first : first + count]) for line in lines)
+                for lines in ((self.header,), self.systems, self.fixed)
+            )
+            parts.append(Table(f"{self.title}: {text}", (), header[0], systems, fixed))
+            first += count
+        return tuple(parts)
 
-@dataclass(frozen=True, eq=False)
+
+@dataclass(frozen=True)
 class Report:
     """An evaluation, ready to be written.
 
     Attributes:
         heading: what all figures were found on, in one line.
-        tables: in order.
+        tables: in order; the first one is the headline.
+        left_out: what the tables that are left out hold; empty where all are there.
         explanations: sentences to be read with the tables.
-        keys: names of a figure's fields, in order.
-        figures: all of them; the tables show a part.
     """
 
     heading: str
     tables: tuple[Table, ...]
+    left_out: str
     explanations: tuple[str, ...]
-    keys: tuple[str, ...]
-    figures: tuple[Figure, ...] | tuple[PlanFigure, ...]
+
+    @property
+    def hint(self) -> str:
+        """How to get the tables that are left out; empty where all are there."""
+        return self.left_out and f"`ogmkit evaluate --all` adds {self.left_out}"
 
 
 class Interval(Protocol):
@@ -65,21 +80,37 @@ class Interval(Protocol):
         """Upper end."""
 
 
-def with_interval(one: Interval, decimals: int, factor: float = 1.0, between: str = "–") -> str:
-    """`0.48 [0.40–0.57]`, or `NOTHING`.
+def further_tables(readings: Sequence[Table], intervals: bool) -> tuple[Table, ...]:
+    """What stands below the headline.
+
+    Args:
+        readings: tables, the first one of the headline's figures.
+        intervals: whether they hold intervals, which take a table for each group of columns; without them,
+            the first one is the headline.
+    """
+    if not intervals:
+        return tuple(readings[1:])
+    return tuple(part for table in readings for part in table.by_group())
+
+
+def shown(
+    one: Interval, decimals: int, *, factor: float = 1.0, between: str = "–", interval: bool = True
+) -> str:
+    """`0.48 [0.40–0.57]`, `0.48` where there is no interval, or `NOTHING`.
 
     Args:
         one: the figure.
         decimals: places after the point.
         factor: what numbers are multiplied by, such as 100 for %.
         between: stands between the interval's ends; for figures that may be negative, no dash.
+        interval: False leaves it out.
     """
     if math.isnan(one.value):
         return NOTHING
     value, low, high = (
         f"{factor * number:.{decimals}f}".replace("-", "−") for number in (one.value, one.low, one.high)
     )
-    return f"{value} [{low}{between}{high}]"
+    return f"{value} [{low}{between}{high}]" if interval and not math.isnan(one.low) else value
 
 
 def counted(count: int, noun: str) -> str:

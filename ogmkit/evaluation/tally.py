@@ -1,14 +1,15 @@
 """Counts of one system by scene, and the figures they make."""
 
+import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ogmkit.evaluation.result import Figure, Separation
+from ogmkit.evaluation.result import Figure
 from ogmkit.metrics.bootstrap import estimate
 from ogmkit.metrics.iou import BEV_SHAPE, CELLS, IMAGE_SHAPE, IOUS, iou
 from ogmkit.metrics.regions import REGIONS
-from ogmkit.metrics.separation import COUNTS
+from ogmkit.metrics.separation import COUNTS, PAIR_METRICS
 from ogmkit.samples.spec import TARGETS
 from ogmkit.typing import FloatArray, IntArray
 
@@ -37,7 +38,7 @@ class Tally:
             self._image[row] += image
 
     def figures(self) -> Iterator[Figure]:
-        """Every IoU; those in camera view are NaN for a system without."""
+        """Every IoU, those in camera view NaN for a system without; then what neighbours are told apart."""
         image, bev = estimate(self._image, iou), estimate(self._bev, iou)
         for t, target in enumerate(TARGETS):
             for i, kind in enumerate(IOUS):
@@ -47,13 +48,19 @@ class Tally:
                 names = (names[at] for names, at in zip((REGIONS, CELLS, IOUS), place, strict=True))
                 values = (float(one[t][place]) for one in (bev.value, bev.low, bev.high))
                 yield Figure(self.system, target, "bev", *names, *values)
+        yield from self._pair_figures()
 
-    def separation(self) -> Separation:
-        """How often neighbours are told apart."""
+    def _pair_figures(self) -> Iterator[Figure]:
+        """How many neighbours there are, how many are found, and how many of those are told apart."""
         share = estimate(self._pairs, _separated_share)
         pairs, found, _ = self._pairs.sum(axis=0).tolist()
-        values = (float(one) for one in (share.value, share.low, share.high))
-        return Separation(self.system, pairs, found, *values)
+        intervals = (
+            (pairs, math.nan, math.nan),
+            (found, math.nan, math.nan),
+            (share.value, share.low, share.high),
+        )
+        for metric, values in zip(PAIR_METRICS, intervals, strict=True):
+            yield Figure(self.system, "vehicles", "bev", "full", "fov", metric, *map(float, values))
 
 
 def _separated_share(counts: IntArray) -> FloatArray:

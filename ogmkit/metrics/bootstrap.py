@@ -19,7 +19,13 @@ Sums = TypeVar("Sums", IntArray, FloatArray)
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """Figures with their intervals, arrays of one shape; NaN where undefined."""
+    """Figures with their intervals, arrays of one shape; NaN where undefined.
+
+    Attributes:
+        value: the figures.
+        low: lower ends of the intervals; NaN where there is one scene only.
+        high: their upper ends, likewise.
+    """
 
     value: FloatArray
     low: FloatArray
@@ -30,7 +36,8 @@ def estimate(counts: Sums, statistic: Callable[[Sums], FloatArray], draws: int =
     """A statistic of sums over scenes, with its percentile interval (Efron & Tibshirani, 13.3).
 
     Scenes are drawn with replacement, as many as there are; draws where the statistic is undefined don't
-    count. Equal numbers of scenes get equal draws, so that systems are compared on the same ones.
+    count. Equal numbers of scenes get equal draws, so that systems are compared on the same ones. One scene
+    gives no interval: all draws would be alike.
 
     Args:
         counts: (scenes, …), of at least one scene.
@@ -38,6 +45,9 @@ def estimate(counts: Sums, statistic: Callable[[Sums], FloatArray], draws: int =
         draws: how many.
     """
     scenes = len(counts)
+    if scenes == 1:
+        value = statistic(counts[0])
+        return Estimate(value, np.full_like(value, np.nan), np.full_like(value, np.nan))
     weights = np.random.default_rng(_SEED).multinomial(scenes, np.full(scenes, 1 / scenes), size=draws)
     drawn = statistic(np.tensordot(weights, counts, axes=1))
     undefined = np.isnan(drawn).all(axis=0)
@@ -50,4 +60,6 @@ def estimate(counts: Sums, statistic: Callable[[Sums], FloatArray], draws: int =
 
 def interval_notes(scenes: int) -> tuple[str, ...]:
     """What is to be known of intervals found on so many scenes."""
-    return ("there is one scene only: intervals have no width",) if scenes == 1 else ()
+    if scenes > 1:
+        return ()
+    return ("no confidence intervals: there is one scene only, and they come from resampling scenes",)

@@ -13,7 +13,7 @@ DRIVABLE, VEHICLES = 1, 2
 
 CELLS = ("all", "fov")
 """Every cell; those in the camera's field of view."""
-IOUS = ("foreground", "mean")
+IOUS = ("foreground_iou", "mean_iou")
 """Of the positive class; the mean of it and the negative class's."""
 OUTCOMES = ("tp", "fp", "fn", "tn")
 """What a cell counts as: the last axis of every array of counts."""

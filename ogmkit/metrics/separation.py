@@ -32,6 +32,8 @@ FOUND_SHARE = 0.25
 
 COUNTS = ("pairs", "found", "separated")
 """Pairs, those whose two vehicles are found, and those of them that are separated."""
+PAIR_METRICS = ("pairs", "pairs_found", "pairs_separated")
+"""Their figures' names; the last one is the share of those found."""
 
 _CONNECTIVITY = 8
 

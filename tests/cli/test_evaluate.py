@@ -141,15 +141,37 @@ def test_the_table_stands_on_stdout_with_a_rule_over_the_fixed_rows(shards, runs
     assert lines[0].startswith(
         "split val: 8 frames in 1 scene, CAM_FRONT; homography surface; threshold 0.5; "
     )
-    title = lines.index("foreground IoU, all cells")
-    groups, header, *table = lines[title + 1 : title + 10]
+    assert lines[3:5] == [
+        "foreground IoU in %, all cells; `ogmkit evaluate --all` adds the mean of foreground and background",
+        "  IoU, cells in the field of view only, and neighbouring vehicles told apart",
+    ]
+    groups, header, *table = lines[5:14]
     assert [line.split()[0] for line in table[:2]] == ["one", "two"]
     assert set(table[2]) == {"-"}
     assert [line.split()[0] for line in table[3:]] == ROWS
     assert re.fullmatch(" +-+ drivable -+  -+ vehicles -+", groups)
-    assert header.split() == ["system", *["camera", "BEV", "full", "BEV", "close", "BEV", "far"] * 2]
+    assert header.split() == ["system", *["camera", "BEV", "full", "close", "far"] * 2]
     ends = {len(line) for line in (groups, header, *table)}
     assert len(ends) == 1  # numbers stand under each other
+    assert lines[14] == ""
+    assert lines[-1].startswith("no confidence intervals: ")
+    assert "IoU" not in "".join(lines[14:])
+
+
+def test_all_writes_the_other_tables_below(shards, runs):
+    headline, everything = (run(shards, *runs, *more).stdout for more in ([], ["--all"]))
+
+    assert "--all" not in everything
+    titles = [
+        "foreground IoU in %, all cells",
+        "foreground IoU in %, cells in the field of view",
+        "mean of foreground and background IoU in %, all cells",
+        "mean of foreground and background IoU in %, cells in the field of view",
+        "neighbouring vehicles (at most 10 m apart) told apart by connected components",
+    ]
+    assert [line for line in everything.splitlines() if line in titles] == titles
+    first = headline.splitlines()[5:14]
+    assert "\n".join([titles[0], *first]) in everything
 
 
 def test_csv_and_json_hold_nothing_else_and_the_same(shards, runs):
@@ -158,7 +180,8 @@ def test_csv_and_json_hold_nothing_else_and_the_same(shards, runs):
     table = list(csv.DictReader(io.StringIO(written["csv"].stdout)))
 
     assert list(dict.fromkeys(one["system"] for one in records)) == ["one", "two", *ROWS]
-    assert len(records) == len(table) == 6 * 28
+    assert len(records) == len(table) == 6 * 31
+    assert run(shards, *runs, "--format", "json", "--all").stdout == written["json"].stdout
     assert [one["value"] for one in table] == [
         "" if one["value"] is None else repr(one["value"]) for one in records
     ]
@@ -169,10 +192,11 @@ def test_csv_and_json_hold_nothing_else_and_the_same(shards, runs):
     ("form", "begins"), [("markdown", "**Evaluation**"), ("latex", "% needs \\usepackage")]
 )
 def test_other_formats(shards, form, begins):
-    result = run(shards, "--format", form)
+    result, more = run(shards, "--format", form), run(shards, "--format", form, "--all")
 
-    assert result.exit_code == 0
+    assert result.exit_code == more.exit_code == 0
     assert result.stdout.startswith(begins)
+    assert result.stdout.count("close") < more.stdout.count("close")
 
 
 def test_pictures_are_one_png_a_run_and_named_on_stderr(shards, runs, tmp_path):
@@ -218,11 +242,13 @@ def test_planners_have_a_table_of_their_own(shards, planners):
     assert (result.exit_code, result.stderr) == (0, "")
     lines = result.stdout.splitlines()
     assert lines[0] == "split val: 2 sequences in 1 scene, CAM_FRONT"
-    title = lines.index("displacement at the horizon, in metres")
-    groups, header, *table = lines[title + 1 : title + 8]
+    assert lines[2].startswith(
+        "displacement at the horizon, in metres; `ogmkit evaluate --all` adds the mean "
+    )
+    groups, header, *table = lines[4:11]
     assert re.fullmatch(" +-+ ADE -+  -+ L1 longitudinal -+  -+ L1 lateral -+", groups)
     assert header.split() == ["system", *["0.5", "s", "1.5", "s", "2.5", "s"] * 3]
-    assert table[0].split() == ["planner", *["0.50", "[0.25–0.75]"] * 9]
+    assert table[0].split() == ["planner", *["0.50"] * 9]
     assert set(table[1]) == {"-"}
     assert [line.split()[0] for line in table[2:]] == ["constant-velocity", "straight-line", "cubic"]
     assert len({len(line) for line in (groups, header, *table)}) == 1

@@ -12,6 +12,8 @@ from ogmkit.errors import CheckpointError, OgmkitError, SettingsError
 from ogmkit.evaluation.evaluate import evaluate
 from ogmkit.evaluation.settings import EvaluateSettings
 from ogmkit.grid import GridSpec
+from ogmkit.metrics.iou import IOUS
+from ogmkit.metrics.separation import PAIR_METRICS
 from ogmkit.shards.manifest import read_manifest
 
 TARGETS = ("drivable", "vehicles")
@@ -27,11 +29,22 @@ def scored(shards, runs=(), **options):
 
 
 def values(evaluation, system, **wanted):
-    """(target, view, region, cells, iou) → value of a system's figures."""
+    """(target, view, region, cells, metric) → value of a system's IoUs."""
     return {
-        (one.target, one.view, one.region, one.cells, one.iou): one.value
+        (one.target, one.view, one.region, one.cells, one.metric): one.value
         for one in evaluation.figures
-        if one.system == system and all(getattr(one, name) == value for name, value in wanted.items())
+        if one.system == system
+        and one.metric in IOUS
+        and all(getattr(one, name) == value for name, value in wanted.items())
+    }
+
+
+def pairs(evaluation, system):
+    """Metric → value of a system's neighbouring vehicles."""
+    return {
+        one.metric: one.value
+        for one in evaluation.figures
+        if one.system == system and one.metric in PAIR_METRICS
     }
 
 
@@ -67,9 +80,9 @@ def test_the_truth_scores_one_everywhere(eval_shards, fake_runs, truth):
     assert len(bev) == 24
     assert {one for one in bev.values() if not np.isnan(one)} == {1.0}
     assert sum(np.isnan(one) for one in bev.values()) < 6  # a grid of 70 m has little that is far
-    (separation,) = (one for one in found.separations if one.system == "oft")
-    assert separation.pairs == separation.found > 0
-    assert separation.value == 1.0
+    neighbours = pairs(found, "oft")
+    assert neighbours["pairs"] == neighbours["pairs_found"] > 0
+    assert neighbours["pairs_separated"] == 1.0
 
 
 def test_a_system_has_28_figures_and_none_in_camera_view_are_values_where_it_predicts_none(
@@ -80,6 +93,8 @@ def test_a_system_has_28_figures_and_none_in_camera_view_are_values_where_it_pre
     for system in (*found.systems, *found.fixed):
         assert len(values(found, system)) == 28
         assert np.isnan([*values(found, system, view="camera").values()]).all()
+        assert list(pairs(found, system)) == ["pairs", "pairs_found", "pairs_separated"]
+    assert {one.definition for one in found.figures} == {"paper"}
 
 
 def test_figures_are_plain_sums_over_all_frames(eval_shards, fake_runs, noisy, true_frame, both_splits):
@@ -106,8 +121,8 @@ def test_figures_are_plain_sums_over_all_frames(eval_shards, fake_runs, noisy, t
     for (target, region, cells), ((hits, union), (background, rest)) in sums.items():
         foreground, other = (a / b if b else np.nan for a, b in ((hits, union), (background, rest)))
         key = target, "bev", region, cells
-        np.testing.assert_allclose(found[*key, "foreground"], foreground)
-        np.testing.assert_allclose(found[*key, "mean"], (foreground + other) / 2)
+        np.testing.assert_allclose(found[*key, "foreground_iou"], foreground)
+        np.testing.assert_allclose(found[*key, "mean_iou"], (foreground + other) / 2)
 
 
 def test_all_drivable_is_the_same_from_a_run_and_for_free(eval_shards, fake_runs):
@@ -127,7 +142,10 @@ def test_rows_for_free_need_no_run_and_no_torch(eval_shards, monkeypatch):
     )  # fmt: skip
     assert (found.split, found.scenes, found.frames) == ("val", 1, 16)
     assert found.cameras == ("CAM_BACK", "CAM_FRONT")
-    assert "there is one scene only: intervals have no width" in found.notes
+    assert "no confidence intervals: there is one scene only, and they come from resampling scenes" in (
+        found.notes
+    )
+    assert all(np.isnan([one.low, one.high]).all() for one in found.figures)
 
 
 def test_intervals_span_the_scenes(eval_shards, fake_runs, noisy, both_splits):
@@ -137,7 +155,12 @@ def test_intervals_span_the_scenes(eval_shards, fake_runs, noisy, both_splits):
     assert found.scenes == 2
     assert found.fixed[1] == "ceiling-calibration"  # no split to take a mean from
     assert "no mean-map: there is no split 'train' to take it from" in found.notes
-    bev = [one for one in found.figures if one.view == "bev" and not np.isnan(one.value)]
+    assert not any(note.startswith("no confidence intervals") for note in found.notes)
+    numbers = [one for one in found.figures if one.metric in ("pairs", "pairs_found")]
+    assert all(np.isnan([one.low, one.high]).all() for one in numbers)
+    bev = [
+        one for one in found.figures if one.view == "bev" and one not in numbers and not np.isnan(one.value)
+    ]
     assert all(one.low <= one.value <= one.high for one in bev)
     assert any(one.low < one.high for one in bev)
 
@@ -163,9 +186,7 @@ class TestCameraView:
         run = fake_runs("run", "footprints", masks, masks="surface")
         found = values(scored(eval_shards, [run]), "footprints", view="camera")
 
-        assert found == {
-            (t, "camera", "full", "all", i): 1.0 for t in TARGETS for i in ("foreground", "mean")
-        }
+        assert found == {(t, "camera", "full", "all", i): 1.0 for t in TARGETS for i in IOUS}
 
     def test_frames_without_masks_do_not_count(self, own_shards, fake_runs, masks):
         scene = read_manifest(own_shards).split("val")[0].scene

@@ -84,11 +84,11 @@ def test_a_trained_run_is_scored_by_what_it_predicts(learn_shards, tmp_path):
                 metrics[target, "camera"].update(enlarged[0, t], torch.from_numpy(masks))
     assert evaluation.homography == "surface"
     for figure in evaluation.figures:
-        if (figure.system, figure.region, figure.cells, figure.iou) == (
+        if (figure.system, figure.region, figure.cells, figure.metric) == (
             "footprints",
             "full",
             "all",
-            "foreground",
+            "foreground_iou",
         ):
             expected = float(metrics.pop((figure.target, figure.view)).compute())
             assert figure.value == pytest.approx(expected, abs=1e-3)

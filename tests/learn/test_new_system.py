@@ -42,8 +42,8 @@ def test_it_is_trained_and_scored_by_the_commands_of_all(plan_shards, tmp_path):
     ious = {
         row["system"]: row["value"]
         for row in rows
-        if (row["target"], row["region"], row["cells"], row["iou"])
-        == ("drivable", "full", "all", "foreground")
+        if (row["target"], row["region"], row["cells"], row["metric"])
+        == ("drivable", "full", "all", "foreground_iou")
         and row["view"] == "bev"
     }
     assert ious["toy"] > 0.9 * ious["mean-map"] > 0

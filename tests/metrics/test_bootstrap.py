@@ -12,10 +12,11 @@ def ratio(counts):
         return counts[..., 0] / counts[..., 1]
 
 
-def test_one_scene_has_an_interval_without_width():
-    found = estimate(np.array([[3, 4]]), ratio)
+def test_one_scene_gives_a_value_without_an_interval():
+    found = estimate(np.array([[[3, 4], [0, 0]]]), ratio)
 
-    assert (found.value, found.low, found.high) == (0.75, 0.75, 0.75)
+    np.testing.assert_array_equal(found.value, [0.75, np.nan])
+    np.testing.assert_array_equal([found.low, found.high], np.full((2, 2), np.nan))
 
 
 def test_two_scenes_by_enumeration():

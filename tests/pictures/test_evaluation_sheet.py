@@ -34,7 +34,6 @@ def draw(make_shards, grid, tmp_path):
             systems=(name,),
             fixed=(),
             figures=(),
-            separations=(),
             notes=(),
             samples=(sample,),
         )

@@ -1,11 +1,10 @@
 """An evaluation of planners as tables: the paper's layout for each reading, then what else was measured."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import fields
 
 from ogmkit.evaluation.planning.evaluate import TRUTH
 from ogmkit.evaluation.planning.result import PlanEvaluation, PlanFigure
-from ogmkit.evaluation.tables import Report, Table, counted, with_interval
+from ogmkit.evaluation.tables import WITH_INTERVAL, Report, Table, counted, further_tables, shown
 from ogmkit.metrics.displacement import HORIZONS_S, READINGS
 
 _ERRORS = {"ade": "ADE", "l1_longitudinal": "L1 longitudinal", "l1_lateral": "L1 lateral"}
@@ -17,54 +16,68 @@ _SHARES = {
     "in_vehicle": "in vehicle",
 }
 
-_Shown = dict[tuple[str, str, float, str], PlanFigure]
+_LEFT_OUT = "the mean up to each horizon, how good the distributions are, and what lies where plans lead"
+
+_Figures = dict[tuple[str, str, float, str], PlanFigure]
 
 
-def plan_report(evaluation: PlanEvaluation) -> Report:
-    """The tables of displacements, then the one of distributions and surroundings."""
-    shown = {(one.system, one.metric, one.horizon_s, one.reading): one for one in evaluation.figures}
+def plan_report(evaluation: PlanEvaluation, all_tables: bool) -> Report:
+    """Displacements at the horizons; all tables: means up to them, intervals, distributions, surroundings.
+
+    Args:
+        evaluation: what was found.
+        all_tables: False leaves the headline alone.
+    """
+    figures = {(one.system, one.metric, one.horizon_s, one.reading): one for one in evaluation.figures}
+    several = evaluation.scenes > 1
+    headline = _error_table(evaluation, figures, READINGS[0], intervals=False)
+    left_out = f"95 % intervals, {_LEFT_OUT}" if several else _LEFT_OUT
     return Report(
         f"split {evaluation.split}: {counted(evaluation.sequences, 'sequence')} in "
         f"{counted(evaluation.scenes, 'scene')}, {', '.join(evaluation.cameras)}",
-        (
-            *(_error_table(evaluation, shown, reading) for reading in READINGS),
-            _other_table(evaluation, shown),
-        ),
-        _explanations(evaluation),
-        tuple(field.name for field in fields(PlanFigure)),
-        evaluation.figures,
+        (headline, *_rest(evaluation, figures, several)) if all_tables else (headline,),
+        "" if all_tables else left_out,
+        tuple(_explanations(evaluation, all_tables, all_tables and several)),
     )
 
 
-def _explanations(evaluation: PlanEvaluation) -> tuple[str, ...]:
-    return (
-        "Figures stand with their 95 % intervals by resampling scenes. ADE: Euclidean distance to the truth; "
-        "L1: its parts along (longitudinal) and across (lateral) the heading at the last image. Predictions "
-        "are the means of distributions.",
-        "NLL: −log of the truth's density; inside 50 %, 90 %: truths inside the ellipses that should hold so "
-        "many; off drivable, in vehicle: predicted points on cells that are not drivable (points outside the "
-        "grid don't count), or within a vehicle's box at their own time.",
-        f"{TRUTH}: what was driven; constant-velocity: the last displacement goes on; straight-line: equal "
-        "steps to the destination; cubic: the polynomial in time through the last two positions, the present "
-        "one and the destination.",
-        *evaluation.notes,
+def _explanations(evaluation: PlanEvaluation, all_tables: bool, intervals: bool) -> Iterator[str]:
+    yield (
+        "ADE: Euclidean distance to the truth; L1: its parts along (longitudinal) and across (lateral) the "
+        "heading at the last image. Predictions are the means of distributions."
     )
+    if all_tables:
+        yield (
+            "NLL: −log of the truth's density; inside 50 %, 90 %: truths inside the ellipses that should "
+            "hold so many; off drivable, in vehicle: predicted points on cells that are not drivable (points "
+            "outside the grid don't count), or within a vehicle's box at their own time; "
+            f"{TRUTH}: what was driven."
+        )
+    if intervals:
+        yield "Intervals come from resampling scenes."
+    yield (
+        "constant-velocity: the last displacement goes on; straight-line: equal steps to the destination; "
+        "cubic: the polynomial in time through the last two positions, the present one and the destination."
+    )
+    yield from evaluation.notes
 
 
-def _error_table(evaluation: PlanEvaluation, shown: _Shown, reading: str) -> Table:
+def _rest(evaluation: PlanEvaluation, figures: _Figures, intervals: bool) -> tuple[Table, ...]:
+    """All tables but the headline."""
+    readings = [_error_table(evaluation, figures, reading, intervals) for reading in READINGS]
+    return further_tables([*readings, _other_table(evaluation, figures, intervals)], intervals)
+
+
+def _error_table(evaluation: PlanEvaluation, figures: _Figures, reading: str, intervals: bool) -> Table:
     def rows(names: Sequence[str]) -> Iterator[tuple[str, ...]]:
         for name in names:
-            yield (
-                name,
-                *(
-                    with_interval(shown[name, metric, horizon_s, reading], 2)
-                    for metric in _ERRORS
-                    for horizon_s in HORIZONS_S
-                ),
+            chosen = (
+                figures[name, metric, horizon_s, reading] for metric in _ERRORS for horizon_s in HORIZONS_S
             )
+            yield name, *(shown(one, 2, interval=intervals) for one in chosen)
 
     return Table(
-        f"displacement{_READING_NAMES[reading]}, in metres",
+        f"displacement{_READING_NAMES[reading]}, in metres{WITH_INTERVAL * intervals}",
         tuple((text, len(HORIZONS_S)) for text in _ERRORS.values()),
         ("system", *(f"{horizon_s} s" for _ in _ERRORS for horizon_s in HORIZONS_S)),
         tuple(rows(evaluation.systems)),
@@ -72,19 +85,19 @@ def _error_table(evaluation: PlanEvaluation, shown: _Shown, reading: str) -> Tab
     )
 
 
-def _other_table(evaluation: PlanEvaluation, shown: _Shown) -> Table:
+def _other_table(evaluation: PlanEvaluation, figures: _Figures, intervals: bool) -> Table:
     def rows(names: Sequence[str]) -> Iterator[tuple[str, ...]]:
         for name in names:
-            figures = {metric: shown[name, metric, HORIZONS_S[-1], "mean"] for metric in ("nll", *_SHARES)}
+            nll, *shares = (figures[name, metric, HORIZONS_S[-1], "mean"] for metric in ("nll", *_SHARES))
             yield (
                 name,
-                with_interval(figures["nll"], 2, between=", "),
-                *(with_interval(figures[metric], 1, factor=100) for metric in _SHARES),
+                shown(nll, 2, between=", ", interval=intervals),
+                *(shown(one, 1, factor=100, interval=intervals) for one in shares),
             )
 
     return Table(
-        f"distributions and surroundings, mean up to {HORIZONS_S[-1]} s: NLL in nats, shares in %",
-        (),
+        f"mean up to {HORIZONS_S[-1]} s, NLL in nats, shares in %{WITH_INTERVAL * intervals}",
+        (("distributions", 3), ("surroundings", 2)),
         ("system", "NLL", *_SHARES.values()),
         tuple(rows(evaluation.systems)),
         tuple(rows(evaluation.fixed)),

@@ -1,8 +1,9 @@
 """What an evaluation of planners found."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from ogmkit.evaluation.frames import Place
+from ogmkit.evaluation.result import PAPER
 from ogmkit.metrics.plan import Plan
 
 
@@ -12,16 +13,18 @@ class PlanFigure:
 
     Attributes:
         system: the row of the table.
+        definition: of the labels that it was measured by.
         metric: a name of `ogmkit.metrics.displacement.METRICS`; metres, nats, or a share between 0
             and 1.
         horizon_s: seconds from the last image.
         reading: `at` the horizon's point, or `mean` over the points up to it.
         value: over all sequences.
-        low: lower end of the 95 % interval.
-        high: its upper end.
+        low: lower end of the 95 % interval; NaN where there is one scene only.
+        high: its upper end, likewise.
     """
 
     system: str
+    definition: str = field(default=PAPER, kw_only=True)
     metric: str
     horizon_s: float
     reading: str

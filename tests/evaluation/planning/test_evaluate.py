@@ -104,14 +104,18 @@ def test_intervals_come_from_scenes(shards, fake_planners, driven):
     chosen = [one for one in found.figures if (one.system, one.metric) == ("lstm-ed", "ade")]
     for one in chosen:
         assert (one.low, one.value, one.high) == pytest.approx((1.0, 1.5, 2.0))
-    assert "there is one scene only: intervals have no width" not in found.notes
+    assert not any(note.startswith("no confidence intervals") for note in found.notes)
 
 
 def test_one_scene_is_told(shards, tmp_path):
     path = tmp_path / "splits.json"
     path.write_text(json.dumps({"val": ["scene-0003"]}))
 
-    assert scored(shards, split_file=path).notes == ("there is one scene only: intervals have no width",)
+    found = scored(shards, split_file=path)
+    assert found.notes == (
+        "no confidence intervals: there is one scene only, and they come from resampling scenes",
+    )
+    assert all(math.isnan(one.low) and math.isnan(one.high) for one in found.figures)
 
 
 def test_a_planner_that_does_not_beat_the_controls_is_named(shards, fake_planners, off_by):

@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -11,7 +12,7 @@ from ogmkit.evaluation.formats import as_csv, as_json, as_latex, as_markdown, re
 from ogmkit.evaluation.planning.result import PlanEvaluation, PlanFigure
 from ogmkit.metrics.displacement import HORIZONS_S, METRICS, READINGS
 
-KEYS = ["system", "metric", "horizon_s", "reading", "value", "low", "high"]
+KEYS = ["system", "definition", "metric", "horizon_s", "reading", "value", "low", "high"]
 SYSTEM, TRUTH, CONTROL = "holistic-np", "truth", "cubic"
 NO_DISTRIBUTION = ("nll", "inside_50", "inside_90")
 
@@ -42,12 +43,20 @@ def evaluation():
     )
 
 
+@pytest.fixture
+def one_scene(evaluation):
+    """The same figures, of one scene."""
+    figures = tuple(replace(one, low=math.nan, high=math.nan) for one in evaluation.figures)
+    return replace(evaluation, scenes=1, figures=figures)
+
+
 def test_json_is_one_flat_list_of_figures(evaluation):
     found = json.loads(as_json(evaluation))
 
     assert [list(record) for record in found] == [KEYS] * (3 * 48)
     assert found[3] == {
         "system": SYSTEM,
+        "definition": "paper",
         "metric": "ade",
         "horizon_s": 1.5,
         "reading": "mean",
@@ -63,58 +72,101 @@ def test_csv_holds_the_same_figures(evaluation):
     text = as_csv(evaluation)
     found, expected = list(csv.DictReader(io.StringIO(text))), json.loads(as_json(evaluation))
 
-    assert text.startswith("system,metric,horizon_s,reading,value,low,high\n")
+    assert text.startswith("system,definition,metric,horizon_s,reading,value,low,high\n")
     for one, two in zip(found, expected, strict=True):
         for key in KEYS:
             number = key in ("horizon_s", "value", "low", "high")
             assert ((float(one[key]) if one[key] else None) if number else one[key]) == two[key]
 
 
-def test_displacements_have_the_papers_columns_once_a_reading(evaluation):
-    at, mean, _ = report_of(evaluation).tables
+def test_the_headline_is_displacements_at_the_horizons_without_intervals(evaluation):
+    report = report_of(evaluation, all_tables=False)
+
+    (table,) = report.tables
+    assert table == report_of(evaluation).tables[0]
+    assert table.title == "displacement at the horizon, in metres"
+    assert table.groups == (("ADE", 3), ("L1 longitudinal", 3), ("L1 lateral", 3))
+    assert table.header == ("system", *("0.5 s", "1.5 s", "2.5 s") * 3)
+    assert [row[0] for row in table.systems] == [SYSTEM]
+    shown = ("2.00", "2.02", "2.04", "2.10", "2.12", "2.14", "2.20", "2.22", "2.24")
+    assert table.fixed == ((CONTROL, *shown),)  # the truth has no errors
+
+
+def test_a_headline_says_what_all_tables_add(evaluation, one_scene):
+    rest = "the mean up to each horizon, how good the distributions are, and what lies where plans lead"
+
+    assert report_of(evaluation, all_tables=False).hint == (
+        f"`ogmkit evaluate --all` adds 95 % intervals, {rest}"
+    )
+    assert report_of(one_scene, all_tables=False).hint == f"`ogmkit evaluate --all` adds {rest}"
+    assert report_of(evaluation).hint == ""
+
+
+def test_all_tables_of_several_scenes_are_one_for_each_reading_and_error(evaluation):
+    _, *tables, _, _ = report_of(evaluation).tables
+
+    readings = (
+        "displacement at the horizon, in metres [95 % interval]",
+        "displacement, mean up to the horizon, in metres [95 % interval]",
+    )
+    assert [table.title for table in tables] == [
+        f"{reading}: {error}" for reading in readings for error in ("ADE", "L1 longitudinal", "L1 lateral")
+    ]
+    assert {table.header for table in tables} == {("system", "0.5 s", "1.5 s", "2.5 s")}
+    firsts = (2, 2.1, 2.2, 2.01, 2.11, 2.21)
+    for table, first in zip(tables, firsts, strict=True):
+        values = (first, first + 0.02, first + 0.04)
+        shown = [f"{value:.2f} [{value - 0.1:.2f}–{value + 0.2:.2f}]" for value in values]
+        assert table.fixed == ((CONTROL, *shown),)
+        assert [row[0] for row in table.systems] == [SYSTEM]
+
+
+def test_the_rest_has_tables_at_the_last_horizon(evaluation):
+    *_, distributions, surroundings = report_of(evaluation).tables
+
+    assert distributions.title == (
+        "mean up to 2.5 s, NLL in nats, shares in % [95 % interval]: distributions"
+    )
+    assert distributions.header == ("system", "NLL", "inside 50 %", "inside 90 %")
+    assert surroundings.header == ("system", "off drivable", "in vehicle")
+    assert distributions.systems == ((SYSTEM, "0.03 [−0.07, 0.23]", "13.0 [3.0–33.0]", "23.0 [13.0–43.0]"),)
+    assert surroundings.systems == ((SYSTEM, "33.0 [23.0–53.0]", "43.0 [33.0–63.0]"),)
+    assert distributions.fixed == ((TRUTH, "NA", "NA", "NA"), (CONTROL, "NA", "NA", "NA"))
+    assert surroundings.fixed[0] == (TRUTH, "65.0 [55.0–85.0]", "75.0 [65.0–95.0]")
+
+
+def test_one_scene_has_no_intervals_and_fewer_tables(one_scene):
+    at, mean, other = report_of(one_scene).tables
 
     assert (at.title, mean.title) == (
         "displacement at the horizon, in metres",
         "displacement, mean up to the horizon, in metres",
     )
     assert at.groups == mean.groups == (("ADE", 3), ("L1 longitudinal", 3), ("L1 lateral", 3))
-    assert at.header == ("system", *("0.5 s", "1.5 s", "2.5 s") * 3)
-    first = [2, 2.02, 2.04, 2.1, 2.12, 2.14, 2.2, 2.22, 2.24]
-    for table, more in ((at, 0), (mean, 0.01)):
-        shown = [f"{v + more:.2f} [{v + more - 0.1:.2f}–{v + more + 0.2:.2f}]" for v in first]
-        assert table.fixed == ((CONTROL, *shown),)  # the truth has no errors
-        assert [row[0] for row in table.systems] == [SYSTEM]
+    assert (at.fixed[0][1], mean.fixed[0][1]) == ("2.00", "2.01")
+    assert other.groups == (("distributions", 3), ("surroundings", 2))
+    assert other.systems == ((SYSTEM, "0.03", "13.0", "23.0", "33.0", "43.0"),)
 
 
-def test_the_rest_has_a_table_at_the_last_horizon(evaluation):
-    table = report_of(evaluation).tables[2]
-
-    assert table.header == ("system", "NLL", "inside 50 %", "inside 90 %", "off drivable", "in vehicle")
-    assert table.systems[0][1:] == (
-        "0.03 [−0.07, 0.23]",
-        "13.0 [3.0–33.0]",
-        "23.0 [13.0–43.0]",
-        "33.0 [23.0–53.0]",
-        "43.0 [33.0–63.0]",
-    )
-    assert [row[:4] for row in table.fixed] == [(name, "NA", "NA", "NA") for name in (TRUTH, CONTROL)]
-    assert table.fixed[0][4:] == ("65.0 [55.0–85.0]", "75.0 [65.0–95.0]")
-
-
-def test_heading_and_explanations(evaluation):
+def test_heading_and_explanations(evaluation, one_scene):
     report = report_of(evaluation)
 
     assert report.heading == "split val: 1,234 sequences in 2 scenes, CAM_FRONT"
     assert report.explanations[-1] == "a note"
+    interval = "Intervals come from resampling scenes."
+    assert interval in report.explanations
+    assert interval not in report_of(one_scene).explanations
+    headline = report_of(evaluation, all_tables=False).explanations
+    assert not any(line == interval or line.startswith("NLL") for line in headline)
 
 
 def test_markdown_and_latex_hold_all_tables(evaluation):
     markdown, latex = as_markdown(evaluation), as_latex(evaluation)
     rows = [line for line in markdown.splitlines() if line.startswith("|")]
 
-    assert [row.count("|") for row in rows] == [11] * 8 + [7] * 5
+    assert [row.count("|") for row in rows] == [11] * 4 + [5] * 24 + [5] * 5 + [4] * 5
     assert rows[0].startswith("| system | ADE 0.5 s | ADE 1.5 s | ")
-    assert latex.count("\\begin{tabular}") == latex.count("\\bottomrule") == 3
+    assert latex.count("\\begin{tabular}") == latex.count("\\bottomrule") == 9
     assert "inside 50 \\%" in latex
     assert "0.03 [$-$0.07, 0.23]" in latex
     assert not any(
