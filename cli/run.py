@@ -8,8 +8,12 @@ from typing import TYPE_CHECKING
 
 import click
 
+from .command import Command
+from .logs import note
+from .options import json_option
+from .paths import EXISTING_FILE
 from .progress import progress
-from .text import one_line, text_table, with_number
+from .text import json_text, one_line, text_table, with_number
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -20,15 +24,22 @@ if TYPE_CHECKING:
     from ogmkit.workflow.config import Config
     from ogmkit.workflow.engine import StepReport
 
-ACTIONS = {"skip": "is there", "start": "to be done", "go on": "to go on", "overwrite": "to be done anew"}
+UP_TO_DATE, TO_DO = "up to date", "to be done"
 
 
-@click.command()
-@click.argument("config", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.command(
+    cls=Command,
+    examples=(
+        "ogmkit run chain.yaml --plan",
+        "ogmkit run chain.yaml",
+    ),
+)
+@click.argument("config", type=EXISTING_FILE)
 @click.option(
     "--plan", "planning", is_flag=True, help="Say which steps would be done, and why; write nothing."
 )
-def command(config: Path, planning: bool) -> None:
+@json_option
+def command(config: Path, planning: bool, as_json: bool) -> None:
     """Make shards, networks and both tables in one go.
 
     CONFIG is a YAML file: the dataset (`data`), a folder for everything (`out`), and settings of the steps by
@@ -37,19 +48,25 @@ def command(config: Path, planning: bool) -> None:
     evaluate. OUT gets shards/, runs/, tables/, pictures/, config.yaml and manifest.json, which says what made
     what.
 
-    A step that is up to date is skipped; a changed setting does anew what depends on it, and nothing else.
-    Cut short at any moment, the same command goes on, and ends with the same tables.
+    A step that is up to date is skipped; a changed setting rebuilds what depends on it, and nothing else.
+    Interrupted at any moment, the same command resumes, and ends with the same tables. What a step needs of
+    the dataset and of the steps before it is checked before anything is done.
+
+    Fields of --plan --json: out, steps (a list: step, state (up to date or to be done), reason), left
+    (folders of trainings that CONFIG no longer names).
     """
+    if as_json and not planning:
+        raise click.UsageError("--json goes with --plan.")
     from .extras import require_train
 
     require_train()
     from ogmkit.workflow.reading import read_config
 
     chosen = read_config(config)
-    for note in chosen.notes:
-        click.echo(one_line(f"ogmkit: {note}"), err=True)
+    for line in chosen.notes:
+        note(f"ogmkit: {line}")
     if planning:
-        _show_plan(chosen)
+        _show_plan(chosen, as_json)
         return
     from ogmkit.workflow.chain import run_chain
 
@@ -78,10 +95,10 @@ class _Display:
             self._advance = self._stack.enter_context(progress(None, "", report.name))
             return
         self._stack.close()
-        took = "up to date" if report.state == "skipped" else f"{report.seconds:.1f} s"
+        took = UP_TO_DATE if report.state == "skipped" else f"{report.seconds:.1f} s"
         detail = f"; {report.detail}" if report.detail else ""
         number = f"{report.number:>{len(str(report.total))}}/{report.total}"
-        click.echo(one_line(f"{number} {report.name}: {took}{detail}"), err=True)
+        note(f"{number} {report.name}: {took}{detail}")
 
     def on_progress(self, done: int, total: int) -> None:
         """Move the bar."""
@@ -98,13 +115,19 @@ def _writers() -> dict[str, Callable[[Evaluation | PlanEvaluation], str]]:
     return {"txt": lambda evaluation: report_text(report_of(evaluation, all_tables=False))}
 
 
-def _show_plan(config: Config) -> None:
+def _show_plan(config: Config, as_json: bool) -> None:
     from ogmkit.workflow.chain import left_runs, plan_chain
 
-    steps = plan_chain(config, _writers())
-    rows = [(step.name, ACTIONS[step.action], one_line(step.reason)) for step in steps]
-    click.echo(text_table(("step", "state", "why"), rows))
-    _show_left(left_runs(config))
+    steps = [
+        {"step": step.name, "state": UP_TO_DATE if step.action == "skip" else TO_DO, "reason": step.reason}
+        for step in plan_chain(config, _writers())
+    ]
+    left = left_runs(config)
+    if as_json:
+        click.echo(json_text({"out": config.out, "steps": steps, "left": left}))
+        return
+    click.echo(text_table(("step", "state", "reason"), [tuple(map(one_line, one.values())) for one in steps]))
+    _show_left(left)
 
 
 def _show(config: Config, summary: ChainSummary) -> None:

@@ -1,5 +1,6 @@
 """Adding groups to the shards of a finished folder: resumable, interruptible, each shard old or new."""
 
+import logging
 from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
@@ -18,6 +19,8 @@ from ogmkit.shards.reader import AGAIN, REMEDY, Shard, damaged
 from ogmkit.shards.sink import ShardFile
 
 Report = TypeVar("Report")
+
+_LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -100,6 +103,7 @@ def amend(
         with closing(run_over(_run, tasks, execution)) as results:
             for entry, amended in results:
                 done[entry.file] = entry, amended
+                _LOG.debug("%s: %s", entry.scene, "written" if amended.changed else "kept")
                 execution.report(len(done), len(tasks))
         ordered = [done[entry.file] for entry in manifest.shards]
         _finish(out, manifest, tuple(entry for entry, _ in ordered))

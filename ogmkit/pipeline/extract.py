@@ -1,5 +1,6 @@
 """Extraction: every chosen scene of a dataset becomes one shard of a folder."""
 
+import logging
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
@@ -21,6 +22,8 @@ from ogmkit.shards.manifest import Manifest, ShardEntry, write_manifest
 from ogmkit.shards.settings import ExtractSettings
 from ogmkit.shards.summary import ShardSummary, is_current, summarise
 from ogmkit.shards.writer import write_shard
+
+_LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -73,6 +76,13 @@ class _Outcome:
     result: ShardSummary | OgmkitError
     kept: bool = False
 
+    @property
+    def state(self) -> str:
+        """What became of the scene, in a word."""
+        if isinstance(self.result, OgmkitError):
+            return "failed"
+        return "kept" if self.kept else "written"
+
 
 def extract(
     dataset: SceneSource,
@@ -123,6 +133,7 @@ def extract(
                 if strict and isinstance(outcome.result, OgmkitError):
                     raise outcome.result
                 outcomes.append(outcome)
+                _LOG.debug("%s: %s", outcome.scene, outcome.state)
                 execution.report(len(outcomes), len(request.scenes))
         _finish(dataset, request, contents.others, outcomes, splits)
     return _summary(request, outcomes, time.monotonic() - started)

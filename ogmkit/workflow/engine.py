@@ -4,6 +4,7 @@ The manifest is written before a step is touched, and after it is done. Where an
 something, it says `overwriting` until that is gone: what is left is never taken for the new configuration's.
 """
 
+import logging
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -17,6 +18,8 @@ from ogmkit.base.atomic import output_errors
 from ogmkit.errors import OgmkitError
 from ogmkit.workflow.records import Record, read_records, write_records
 from ogmkit.workflow.steps import Call, Decision, Progress, Step, decide
+
+_LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -85,6 +88,7 @@ def run_steps(
         record = ledger.records.get(step.name)
         with named(step.name):
             decision = decide(step, needed, record)
+            _LOG.debug("%s: %s %s", step.name, decision.action, decision.reason)
             report = StepReport(step.name, number, len(steps), "begun", decision.reason)
             if record is not None and decision.action == "skip":
                 _tell(on_step, replace(report, state="skipped", detail=record.note))

@@ -1,12 +1,12 @@
 """The YAML file of a run: sections of settings by the names that their records give them."""
 
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from ogmkit.base.names import unknown
+from ogmkit.base.places import place
 from ogmkit.base.values import built, converted, field_names, mapping, require_known
 from ogmkit.errors import SettingsError
 from ogmkit.evaluation.settings import EvaluateSettings
@@ -58,7 +58,7 @@ def config_of(values: Mapping[str, Any], path: Path) -> Config:
     methods, fit = file.fit()
     config = Config(
         source=file.source(),
-        out=_place(path.parent, values["out"]),
+        out=place(values["out"], path.parent),
         workers=file.workers(),
         extract=file.extract(),
         methods=methods,
@@ -93,15 +93,16 @@ class _File:
         folder, split_file = self.path.parent, source.split_file
         return replace(
             source,
-            data=_place(folder, source.data),
-            split_file=None if split_file is None else _place(folder, split_file),
+            data=place(source.data, folder),
+            split_file=None if split_file is None else place(split_file, folder),
         )
 
     def workers(self) -> int:
+        """Number of worker processes; 0 and 1 both mean this process."""
         workers: int = converted(self.values.get("workers", 1), int, f"{self.path}: workers")
-        if workers < 1:
-            raise SettingsError(f"{self.path}: workers: {workers} is below 1")
-        return workers
+        if workers < 0:
+            raise SettingsError(f"{self.path}: workers: {workers} is below 0")
+        return max(workers, 1)
 
     def extract(self) -> ExtractSettings:
         values, where = self.section("extract")
@@ -125,11 +126,6 @@ class _File:
             if method not in METHODS:
                 raise SettingsError(f"{where}: methods: {unknown('method', method, tuple(METHODS))}")
         return tuple(dict.fromkeys(methods)), built(FitSettings, values, where)
-
-
-def _place(folder: Path, path: Path | str) -> Path:
-    """A path relative to the file's folder, without detours."""
-    return Path(os.path.normpath(folder / path))
 
 
 def _grid(values: Mapping[str, Any], where: str) -> GridSpec:

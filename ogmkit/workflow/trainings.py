@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from ogmkit.base.names import unknown
+from ogmkit.base.places import place
 from ogmkit.base.values import mapping, require_known
 from ogmkit.errors import SettingsError
 from ogmkit.homography.sources import SURFACE, preferred_source
@@ -106,8 +107,8 @@ class _Reader:
         shared = {**self.defaults, **defaults, **self.common}
         chosen = {**entry.read(shared), **values}
         weights = chosen.get("encoder_weights")
-        if isinstance(weights, str) and (self.path.parent / weights).is_file():
-            chosen["encoder_weights"] = str((self.path.parent / weights).resolve())
+        if isinstance(weights, str) and place(weights, self.path.parent).is_file():
+            chosen["encoder_weights"] = str(place(weights, self.path.parent).resolve())
         settings = entry.settings.from_values(chosen, where)
         try:
             require_name(name)
@@ -146,13 +147,13 @@ def _placed(config: Config, training: Training, path: Path) -> Training:
     known = [one.name for one in config.grids if one.settings.system == FOOTPRINTS]
     if perception is None or perception in known:
         return training
-    place = (path.parent / perception).resolve()
-    if not place.exists():
+    found = place(perception, path.parent).resolve()
+    if not found.exists():
         raise SettingsError(
             f"{path}: {training.name}: perception: {perception!r} is neither a training of footprints here "
             f"(there are: {', '.join(known) or 'none'}) nor a path of one"
         )
-    return replace(training, settings=replace(settings, perception=str(place)))
+    return replace(training, settings=replace(settings, perception=str(found)))
 
 
 def _require_distinct(config: Config, path: Path) -> None:

@@ -1,5 +1,6 @@
 """`ogmkit run`: what it shows, how it fails, and that a kill changes nothing."""
 
+import json
 import random
 import re
 import signal
@@ -15,6 +16,10 @@ from ogmkit.shards.manifest import read_manifest
 pytest.importorskip("torch", reason="torch is not installed: pip install 'ogmkit[train]'")
 
 LONG_S = 600
+INTERRUPTED = (
+    r"ogmkit: stopping after this (step|validation); press Ctrl-C again to quit now\n"
+    r"ogmkit: interrupted; run the same command to resume\n"
+)
 FILE = """
 data: {data}
 out: out
@@ -63,14 +68,14 @@ def test_a_shared_setting_that_nothing_reads_is_told_and_redoes_nothing(write):
     Path("chain.yaml").write_text(text.replace("train: {", "train: {kl_weight: 2, "))
     plan = run("--plan")
     assert plan.stderr == "ogmkit: chain.yaml: train: no training here reads kl_weight; ignored\n"
-    assert {line.split()[-2:][0] for line in plan.stdout.splitlines()[1:]} == {"is"}
+    assert all(line.endswith("  up to date") for line in plan.stdout.splitlines()[1:])
 
 
 def test_a_line_for_each_step_then_the_tables_and_where_things_are(write):
     write("planners: [lstm-ed]", steps=2)
     first = run()
     assert first.exit_code == 0, first.stderr
-    lines = first.stderr.splitlines()
+    lines = [line for line in first.stderr.splitlines() if re.match(r"\d/5 ", line)]
     patterns = [
         r"1/5 extract: [\d.]+ s; 2 scenes, 32 frames",
         r"2/5 homography-fit: [\d.]+ s; 2 shards",
@@ -103,10 +108,44 @@ def test_a_plan_says_what_would_be_done_and_why(write):
     assert run().exit_code == 0
     write("planners: [{system: lstm-ed, lr: 1e-2}]")
     changed = run("--plan").stdout
-    assert re.search(r"^extract +is there$", changed, re.MULTILINE)
-    assert "to be done anew  lr is 0.01 here but 0.001 there" in changed
+    assert re.search(r"^extract +up to date$", changed, re.MULTILINE)
+    assert "to be done  lr is 0.01 here but 0.001 there" in changed
     assert "out/runs/second: not in the configuration; left as it is, and not evaluated" in changed
     assert Path("out/tables/planning.txt").read_text().count("second") > 1
+
+
+def test_a_plan_as_json(write):
+    write("planners: [lstm-ed]")
+    result = run("--plan", "--json")
+    assert (result.exit_code, result.stderr) == (0, "")
+    held = json.loads(result.stdout)
+    assert (held["out"], held["left"]) == ("out", [])
+    assert held["steps"][0] == {"step": "extract", "state": "to be done", "reason": "not done yet"}
+    names = ["extract", "homography-fit", "render-footprints surface", "train lstm-ed", "evaluate planning"]
+    assert [step["step"] for step in held["steps"]] == names
+    assert {step["state"] for step in held["steps"]} == {"to be done"}
+    assert run("--json").exit_code == 2
+
+
+@pytest.mark.parametrize("planning", [["--plan"], []], ids=["plan", "run"])
+@pytest.mark.parametrize(
+    ("trained", "message"),
+    [
+        ("planners: [{system: lstm-ed, val_split: test}]", "train lstm-ed: split 'test' has no scene"),
+        (
+            "planners: [lstm-ed]\nscenes: [scene-7*]",
+            "extract: .*: no scene matches 'scene-7.'; did you mean",
+        ),
+        ("homography: {cameras: [CAM_BACK]}", "train homography: camera CAM_BACK is not extracted"),
+    ],
+)
+def test_what_no_step_can_get_is_told_before_anything_is_done(write, trained, message, planning):
+    write(trained)
+    result = run(*planning)
+    assert (result.exit_code, result.stdout) == (1, "")
+    assert re.match(f"ogmkit: error: {message}", result.stderr), result.stderr
+    assert result.stderr.count("\n") == 1
+    assert not Path("out").exists()
 
 
 @pytest.mark.parametrize(
@@ -116,17 +155,16 @@ def test_a_plan_says_what_would_be_done_and_why(write):
         ("planers: [lstm-ed]", "chain.yaml: unknown setting 'planers'; did you mean planners?"),
         ("planners: [lstm-ed", "chain.yaml: is no YAML"),
         ("homography: {lr: 1e3, epochs: 9}", "train homography: the loss is not finite"),
-        ("planners: [{system: lstm-ed, val_split: test}]", "train lstm-ed: split 'test' has no scene"),
     ],
 )
-def test_bad_input_takes_one_line(write, trained, message):
+def test_bad_input_takes_one_line(write, trained, message, complaints):
     write(trained, steps=9)
     result = run()
     assert (result.exit_code, result.stdout) == (1, "")
     line = result.stderr.splitlines()[-1]
     assert line.startswith("ogmkit: error: ")
     assert message in line
-    assert all(re.match(r"[\s\d]+/", one) for one in result.stderr.splitlines()[:-1])
+    assert all(re.match(r"[\s\d]+/", one) for one in complaints(result.stderr).splitlines()[:-1])
 
 
 def test_needs_the_extra_train(write, monkeypatch):
@@ -144,9 +182,10 @@ def test_ctrl_c_ends_cleanly_and_the_same_command_goes_on(write, tmp_path, start
         time.sleep(0.02)
     process.send(signal.SIGINT, group=False)
     code, errors = process.finish(LONG_S)
-    assert (code, errors.splitlines()[-1]) == (130, "ogmkit: interrupted; run the same command to resume")
+    assert code == 130
+    assert re.fullmatch(INTERRUPTED, "".join(errors.splitlines(keepends=True)[-2:])), errors
     plan = run("--plan").stdout
-    assert re.search(r"^train lstm-ed +to go on +was cut short$", plan, re.MULTILINE)
+    assert re.search(r"^train lstm-ed +to be done +was cut short$", plan, re.MULTILINE)
     assert Path("out/runs/lstm-ed/last.ckpt").exists()
 
 

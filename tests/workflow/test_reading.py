@@ -25,6 +25,32 @@ def test_paths_are_relative_to_the_file():
     assert config_of({"data": "/d", "out": "/o"}, FILE).out == Path("/o")
 
 
+def test_paths_may_begin_with_a_tilde(monkeypatch, tmp_path):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    (tmp_path / "resnet.pt").touch()
+    (tmp_path / "run").mkdir()
+    found = config(
+        data="~/nuscenes",
+        out="~/out",
+        split_file="~/a.json",
+        train={"encoder_weights": "~/resnet.pt"},
+        homography={},
+        planners=[{"system": "holistic", "perception": "~/run"}],
+    )
+    assert (found.source.data, found.out) == (tmp_path / "nuscenes", tmp_path / "out")
+    assert found.source.split_file == tmp_path / "a.json"
+    assert found.homography.settings.encoder_weights == str(tmp_path / "resnet.pt")
+    assert found.planners[0].settings.perception == str(tmp_path / "run")
+
+
+def test_sizes_are_height_and_width():
+    assert config(homography={"image_size": [64, 96]}).homography.settings.image_size == (64, 96)
+
+
+def test_workers_of_0_and_1_are_this_process():
+    assert [config(workers=number).workers for number in (0, 1, 2)] == [1, 1, 2]
+
+
 def test_alone_it_makes_shards_and_homographies():
     found = config()
     assert found.trainings == ()
@@ -161,7 +187,8 @@ def test_the_examples_say_the_same_again_when_written_out(name):
         ({"extract": {"grid": {"row": 3}}}, "extract: grid: unknown setting 'row'; did you mean row"),
         ({"extract": {"grid": {"rows": 0}}}, "extract: grid: grid: 0 rows"),
         ({"cameras": []}, "extract: cameras: none"),
-        ({"workers": 0}, "workers: 0 is below 1"),
+        ({"workers": -1}, "workers: -1 is below 0"),
+        ({"train": {"image_size": "64x96"}, "homography": {}}, "image_size: '64x96' is not a list"),
         ({"homography_fit": {"methods": []}}, "homography_fit: methods: name at least one"),
         ({"homography_fit": {"methods": ["dtl"]}}, "methods: unknown method 'dtl'; did you mean dlt?"),
         ({"homography_fit": {"min_points": 3}}, "homography_fit: min_points: a homography needs"),
