@@ -6,6 +6,8 @@ from pathlib import Path
 
 import click
 
+from ogmkit.base.news import Waiting, tell
+
 from .command import Command
 from .extras import require_train
 from .groups import SuggestingGroup
@@ -60,9 +62,10 @@ def homography(
     from ogmkit.learn.predict.choice import Choice, require_predictable
 
     require_predictable(checkpoint, shards, Choice(cameras=cameras))  # before torch, which takes its time
-    from ogmkit.learn.predict.homographies import predict_homographies
-
     with progress(None, "shards", "predict homography") as advance:
+        tell(Waiting("loading torch"))
+        from ogmkit.learn.predict.homographies import predict_homographies
+
         summary = predict_homographies(
             shards,
             checkpoint,

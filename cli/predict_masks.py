@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
+from ogmkit.base.news import Waiting, tell
+
 from .command import Command
 from .extras import require_train
 from .options import cameras_option, scenes_option, shards_split_file_option, splits_option, workers_option
@@ -153,11 +155,12 @@ def _run(
     choice = Choice(**chosen)
     if calibration is None:  # before torch, which takes its time
         require_predictable(checkpoint, source, choice)
-    from ogmkit.learn.predict.images import predict_images
-    from ogmkit.learn.predict.shards import PredictionJob, predict_shards
-
-    job = PredictionJob(system, checkpoint, folder, form, batch_size, workers)
     with progress(None, "frames", f"predict {system}") as advance:
+        tell(Waiting("loading torch"))
+        from ogmkit.learn.predict.images import predict_images
+        from ogmkit.learn.predict.shards import PredictionJob, predict_shards
+
+        job = PredictionJob(system, checkpoint, folder, form, batch_size, workers)
         if calibration is None:
             summary = predict_shards(job, source, homography=homography, choice=choice, on_progress=advance)
         else:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ogmkit.base.news import Waiting, tell
+
 from .command import Command
 from .extras import require_train
 from .options import cameras_option, scenes_option, shards_split_file_option, splits_option, workers_option
@@ -48,7 +50,7 @@ _CHOICE = ("scenes", "splits", "split_file", "cameras", "limit")
     "--out",
     type=FILE,
     metavar="FILE",
-    help="File for the list, replaced where it is there.  [default: stdout]",
+    help="File for the list; an existing one is replaced.  [default: stdout]",
 )
 @click.option(
     "--samples",
@@ -100,9 +102,10 @@ def plan(source: Path, out: Path | None, calibration: Path | None, **values: Any
     choice = Choice(**{field: values.pop(field) for field in _CHOICE})
     if calibration is None:  # before torch, which takes its time
         require_predictable(values["checkpoint"], source, choice)
-    from ogmkit.learn.predict.plans.objects import json_list, write_list
-
     with _bar(out) as advance:
+        tell(Waiting("loading torch"))
+        from ogmkit.learn.predict.plans.objects import json_list, write_list
+
         stream = _stream(source, out, calibration, choice, advance, **values)
         if out is not None:
             write_list(out, stream.objects)

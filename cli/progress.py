@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 LINE_EVERY_S = 10.0
-"""Time between lines where stderr is no terminal, as under nohup or in a cluster's log."""
+"""Time between lines where stderr is not a terminal, as under nohup or in a cluster's log."""
 RESUMES = "interrupted; run the same command to resume"
 _PATIENCE_S = 2.0
 """After a second Ctrl-C: time for Python to end by itself, which it can't in the middle of a long C call."""

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from ogmkit.base.news import Waiting, tell
 from ogmkit.learn.catalogue import CATALOGUE, SystemEntry, require_read
 from ogmkit.learn.settings import stated_fields
 
@@ -139,9 +140,13 @@ def _train(
         return
     if run is None:
         raise click.UsageError("Missing option '--out'.")
-    from ogmkit.learn.training.train import train
+    from ogmkit.learn.training.plan import plan_training
 
+    plan_training(settings, shards, run, split_file=split_file, overwrite=overwrite)  # before torch
     with progress(None, "steps", f"train {entry.name}") as advance:
+        tell(Waiting("loading torch"))
+        from ogmkit.learn.training.train import train
+
         summary = train(
             settings, shards, run, split_file=split_file, overwrite=overwrite, on_progress=advance
         )

@@ -12,8 +12,12 @@ from click.testing import CliRunner
 from ogmkit_cli.main import main
 
 OGMKIT = Path(sys.executable).with_name("ogmkit")
-PROGRESS = re.compile(r"[a-z][\w -]*: [\d,]+ of [\d,]+ \w+, [\d.e+]+ \w+/s")
-"""A line of progress, as `ogmkit_cli.progress` writes it where stderr is no terminal."""
+PROGRESS = re.compile(r"(?!ogmkit: )[a-z][\w -]*: ")
+"""How a line of progress begins, as `ogmkit_cli.progress` writes it where stderr is not a terminal."""
+
+
+def without_progress(text):
+    return "".join(line for line in text.splitlines(keepends=True) if not PROGRESS.match(line))
 
 
 class Process:
@@ -44,10 +48,15 @@ class Process:
         return running
 
     def finish(self, timeout_s=60):
-        """Its exit code and what it wrote to stderr, but for progress, which a slow machine shows."""
+        """Its exit code and what it wrote to stderr, but for progress."""
         _, errors = self._popen.communicate(timeout=timeout_s)
-        lines = errors.decode().splitlines(keepends=True)
-        return self._popen.returncode, "".join(line for line in lines if not PROGRESS.match(line))
+        return self._popen.returncode, without_progress(errors.decode())
+
+
+@pytest.fixture
+def complaints():
+    """`complaints(text)`: what a command wrote to stderr, but for progress."""
+    return without_progress
 
 
 @pytest.fixture

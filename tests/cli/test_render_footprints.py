@@ -42,9 +42,9 @@ def test_the_options_have_the_librarys_defaults():
         assert defaults[name] == getattr(settings, name)
 
 
-def test_it_tells_what_was_made(out):
+def test_it_tells_what_was_made(out, complaints):
     result = run(out)
-    assert (result.exit_code, result.stderr) == (0, "")
+    assert (result.exit_code, complaints(result.stderr)) == (0, "")
     assert result.stdout.startswith("surface: 32 frames in 2 shards (0 had it all before), ")
     assert "(2 had it all before)" in run(out).stdout
     assert verify_folder(out) == ()
@@ -104,13 +104,13 @@ def other_settings(out):
         (lambda out: ["--camera", "CAM_TOP"], "unknown camera 'CAM_TOP'"),
     ],
 )
-def test_bad_input_takes_one_line_and_loses_nothing(out, spoil, message, contents):
+def test_bad_input_takes_one_line_and_loses_nothing(out, spoil, message, contents, complaints):
     options = spoil(out)
     before = contents(out)
     result = run(out, *options)
     assert (result.exit_code, result.stdout) == (1, "")
     assert message in result.stderr
-    assert result.stderr.count("\n") == 1
+    assert complaints(result.stderr).count("\n") == 1
     assert contents(out) == before
 
 

@@ -20,6 +20,11 @@ class Progress(Callback):
         self._losses: list[float] = []
         self._score = ""
 
+    def on_train_start(self, trainer: Trainer, pl_module: LightningModule) -> None:
+        """Tell that the preparations are over."""
+        if trainer.is_global_zero:
+            tell(State(f"{_epoch(trainer)}, {trainer.strategy.root_device}"))
+
     def on_train_epoch_start(self, trainer: Trainer, pl_module: LightningModule) -> None:
         """Forget the losses of the epoch before."""
         self._losses.clear()

@@ -1,0 +1,81 @@
+"""What is wrong with a training is found before anything is built, and nothing is written."""
+
+import shutil
+from dataclasses import replace
+
+import pytest
+
+from ogmkit.errors import CheckpointError, OutputError, SettingsError, ShardError, TrainingError
+from ogmkit.learn.catalogue import training_settings
+from ogmkit.learn.runs import open_folder
+from ogmkit.learn.training.plan import plan_training
+
+CAMERAS = ("CAM_BACK", "CAM_FRONT")
+SPLITS = {"train": ("scene-0001",), "val": ("scene-0002",)}
+
+
+def test_a_sound_training_has_its_settings_filled_in(learn_shards, tmp_path):
+    plan = plan_training(training_settings("footprints"), learn_shards, tmp_path / "run")
+    assert (plan.settings.masks, plan.settings.cameras, dict(plan.scenes)) == ("surface", CAMERAS, SPLITS)
+    assert plan.grid.shape == (80, 60)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("system", "values", "error", "message"),
+    [
+        ("footprints", {"val_split": "typo"}, TrainingError, "split 'typo' has no scene"),
+        ("footprints", {"cameras": ("CAM_TOP",)}, SettingsError, "unknown camera 'CAM_TOP'"),
+        ("footprints", {"masks": "dlt"}, ShardError, "render-footprints .* --homography dlt"),
+        ("footprints", {"bev_loss": True, "target": "dlt"}, ShardError, "homography-fit .* --method .*dlt"),
+        ("homography", {"target": "network"}, ShardError, "predict homography"),
+        ("holistic", {}, ShardError, "predict homography"),
+        ("holistic-cv", {"perception": "nowhere"}, CheckpointError, "nowhere: not a checkpoint"),
+    ],
+)
+def test_what_shards_lack_is_told(learn_shards, tmp_path, system, values, error, message):
+    with pytest.raises(error, match=message):
+        plan_training(training_settings(system, **values), learn_shards, tmp_path / "run")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_frozen_perception_needs_no_masks(learn_shards, tmp_path):
+    (tmp_path / "perception.ckpt").touch()
+    settings = training_settings(
+        "holistic-cv", masks="dlt", perception=str(tmp_path / "perception.ckpt"), freeze=True
+    )
+    assert plan_training(settings, learn_shards, tmp_path / "run").settings.freeze
+    with pytest.raises(ShardError, match="dlt"):
+        plan_training(replace(settings, freeze=False), learn_shards, tmp_path / "run")
+
+
+def test_a_folder_with_other_settings_is_refused_unless_it_is_to_be_overwritten(learn_shards, tmp_path):
+    run = tmp_path / "run"
+    first = training_settings("lstm-ed", lr=1e-2)
+    plan = plan_training(first, learn_shards, run)
+    open_folder(run, plan.settings, plan.scenes, overwrite=False)
+    before = {path.name: path.read_bytes() for path in run.iterdir()}
+    plan_training(replace(first, epochs=7), learn_shards, run)
+    other = replace(first, lr=1e-3)
+    with pytest.raises(OutputError, match=r"other settings.*lr is 0\.001 here but 0\.01 there"):
+        plan_training(other, learn_shards, run)
+    plan_training(other, learn_shards, run, overwrite=True)
+    assert {path.name: path.read_bytes() for path in run.iterdir()} == before
+
+
+def test_lidar_is_looked_for(learn_shards, tmp_path, make_without_lidar):
+    with pytest.raises(ShardError, match="has no LiDAR points"):
+        plan_training(training_settings("bev-lidar"), make_without_lidar(learn_shards), tmp_path / "run")
+
+
+@pytest.fixture
+def make_without_lidar(tmp_path):
+    """A copy of shards whose manifest says that there is no LiDAR."""
+
+    def make(shards):
+        folder = shutil.copytree(shards, tmp_path / "shards")
+        manifest = folder / "manifest.json"
+        manifest.write_text(manifest.read_text().replace('"lidar": true', '"lidar": false'))
+        return folder
+
+    return make
