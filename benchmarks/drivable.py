@@ -16,7 +16,8 @@ from ogmkit.grid import GridSpec
 from ogmkit.nuscenes.dataset import Dataset
 from ogmkit.nuscenes.maps import MaskStore
 from ogmkit.raster.drivable import drivable_mask
-from ogmkit.synthetic.build import SynthesisSettings, synthesize
+from ogmkit.synthetic.build import synthesize
+from ogmkit.synthetic.settings import SynthesisSettings
 
 FRAMES = 10
 REPEATS = 15

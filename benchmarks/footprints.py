@@ -18,7 +18,8 @@ from ogmkit.shards.additions import new_group
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.settings import ExtractSettings
 from ogmkit.shards.sink import create
-from ogmkit.synthetic.build import SynthesisSettings, synthesize
+from ogmkit.synthetic.build import synthesize
+from ogmkit.synthetic.settings import SynthesisSettings
 
 CAMERA = "CAM_FRONT"
 FRAMES = 40

@@ -14,8 +14,9 @@ from ogmkit.nuscenes.dataset import Dataset
 from ogmkit.nuscenes.maps import MaskStore
 from ogmkit.raster.vehicles import select
 from ogmkit.shards.writer import write_shard
-from ogmkit.synthetic.build import SynthesisSettings, synthesize
-from ogmkit.targets import TargetSettings
+from ogmkit.synthetic.build import synthesize
+from ogmkit.synthetic.settings import SynthesisSettings
+from ogmkit.target_settings import TargetSettings
 
 FRAMES = 20
 REPEATS = 15

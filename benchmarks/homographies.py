@@ -15,7 +15,8 @@ from ogmkit.homography.methods import METHODS, fit
 from ogmkit.homography.projective import apply
 from ogmkit.homography.settings import FitSettings
 from ogmkit.nuscenes.dataset import Dataset
-from ogmkit.synthetic.build import SynthesisSettings, synthesize
+from ogmkit.synthetic.build import synthesize
+from ogmkit.synthetic.settings import SynthesisSettings
 
 REPEATS = 15
 NOISE_PX = 1.0

@@ -26,7 +26,8 @@ from ogmkit.pipeline.render_footprints import render_footprints
 from ogmkit.samples.index import index_frames, index_sequences
 from ogmkit.samples.spec import SampleSpec
 from ogmkit.shards.settings import ExtractSettings
-from ogmkit.synthetic.build import SynthesisSettings, synthesize
+from ogmkit.synthetic.build import synthesize
+from ogmkit.synthetic.settings import SynthesisSettings
 
 HERE = Path(__file__).resolve().parent
 DEVKIT_PYTHON = HERE.parent / ".venv-devkit" / "bin" / "python"

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from measure import run_process, show
 
-from ogmkit.synthetic.build import SynthesisSettings, synthesize
+from ogmkit.synthetic.build import synthesize
+from ogmkit.synthetic.settings import SynthesisSettings
 
 SCENES = 8
 FRAMES = 120

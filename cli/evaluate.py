@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from .options import cameras_option, shards_split_file_option
+from ogmkit.evaluation.settings import EvaluateSettings
+
+from .command import Command
+from .logs import note
+from .options import cameras_option, shards_split_file_option, workers_option
+from .paths import EXISTING, EXISTING_FOLDER, FOLDER
 from .progress import progress
+from .record_options import record_options
 
 if TYPE_CHECKING:
     from ogmkit.evaluation.planning.result import PlanEvaluation
     from ogmkit.evaluation.result import Evaluation
-    from ogmkit.evaluation.settings import EvaluateSettings
     from ogmkit.learn.predict.run import Run
 
 ROWS = ("csv", "json")
@@ -39,32 +44,18 @@ class _Output:
     pictures: Path | None
 
 
-@click.command()
-@click.argument("shards", type=click.Path(exists=True, file_okay=False, path_type=Path))
-@click.argument("runs", metavar="[RUN]...", type=click.Path(exists=True, path_type=Path), nargs=-1)
-@click.option("--split", metavar="NAME", default="val", show_default=True, help="Split to evaluate on.")
+@click.command(
+    cls=Command,
+    examples=(
+        "ogmkit evaluate shards runs/footprints runs/oft --pictures sheets",
+        "ogmkit evaluate shards runs/holistic --format json",
+    ),
+)
+@click.argument("shards", type=EXISTING_FOLDER)
+@click.argument("runs", metavar="[RUN]...", type=EXISTING, nargs=-1)
 @shards_split_file_option
-@click.option(
-    "--homography",
-    metavar="SOURCE",
-    show_default="network if there, else surface; of planners, what each was trained with",
-    help="Homographies that masks in camera view are warped by.",
-)
+@record_options(EvaluateSettings, "settings", leave_out=("samples",))
 @cameras_option()
-@click.option(
-    "--threshold",
-    type=click.FloatRange(0, 1, max_open=True),
-    default=0.5,
-    show_default=True,
-    help="Probability above which a cell counts as predicted; not for planners.",
-)
-@click.option(
-    "--scale",
-    type=float,
-    default=2.0,
-    show_default=True,
-    help="Image size / mask size of the ceilings' true masks; not for planners.",
-)
 @click.option("--all", "all_tables", is_flag=True, help="Write all tables, not the headline alone.")
 @click.option(
     "--format",
@@ -76,46 +67,21 @@ class _Output:
 )
 @click.option(
     "--pictures",
-    type=click.Path(file_okay=False, path_type=Path),
+    type=FOLDER,
     metavar="DIR",
     help="Folder for a PNG of each RUN: images, predictions and truth.",
 )
-@click.option(
-    "--batch-size",
-    type=click.IntRange(min=1),
-    default=8,
-    show_default=True,
-    help="Frames, or sequences of six, at a time.",
-)
-@click.option(
-    "--workers",
-    type=click.IntRange(min=0),
-    default=2,
-    show_default=True,
-    help="Number of worker processes that read for the networks; 0 reads in this process.",
-)
-@click.option(
-    "--limit-frames",
-    "limit",
-    type=click.IntRange(min=1),
-    show_default="all",
-    help="Frames of each split, or sequences, evenly spread.",
-)
+@workers_option
 def command(
     shards: Path,
     runs: tuple[Path, ...],
-    split: str,
     split_file: Path | None,
-    homography: str | None,
+    settings: EvaluateSettings,
     cameras: tuple[str, ...],
-    threshold: float,
-    scale: float,
     all_tables: bool,
     form: str,
     pictures: Path | None,
-    batch_size: int,
     workers: int,
-    limit: int | None,
 ) -> None:
     """Score trained networks by the paper's tables.
 
@@ -143,12 +109,15 @@ def command(
     \b
     Rows that stand below those of planners:
     truth              what was driven
-    constant-velocity  the last displacement goes on
+    constant-velocity  the last displacement, repeated
     straight-line      equal steps to the destination
     cubic              polynomial in time through the last two positions, the present one, the destination
     """  # noqa: D301  # Click wants the character
     if pictures is not None and not runs:
         raise click.UsageError("--pictures needs a RUN.")
+    from ogmkit.evaluation.scope import evaluated_splits
+
+    evaluated_splits(shards, settings.split, split_file)  # before torch, which takes its time
     opened = _tabled(shards, open_runs(runs))
     grids, planners = ([run for run in opened if run.output == output] for output in ("grids", "plan"))
     if grids and planners and form in ROWS:
@@ -157,10 +126,7 @@ def command(
         from ogmkit.pictures.evaluation_sheet import make_folder
 
         make_folder(pictures, shards)
-    from ogmkit.evaluation.settings import EvaluateSettings
-
-    samples = 0 if pictures is None else PICTURE_FRAMES
-    settings = EvaluateSettings(split, homography, threshold, scale, batch_size, limit, samples)
+    settings = replace(settings, samples=0 if pictures is None else PICTURE_FRAMES)
     output = _Output(form, all_tables, pictures)
     common = {"split_file": split_file, "cameras": cameras, "workers": workers}
     if grids or not planners:
@@ -178,6 +144,10 @@ def open_runs(paths: tuple[Path, ...]) -> list[Run]:
     from .extras import require_train
 
     require_train()
+    from ogmkit.learn.runs import checkpoint_file
+
+    for path in paths:
+        checkpoint_file(path)
     from ogmkit.learn.predict.run import open_run
 
     return [open_run(path) for path in paths]
@@ -190,10 +160,9 @@ def _tabled(shards: Path, runs: list[Run]) -> list[Run]:
         return runs  # `evaluate` says what to do instead
     for run in runs:
         if run not in tabled:
-            click.echo(
+            note(
                 f"{run.path}: predicts homographies, which have no table; left out. "
-                f"`ogmkit predict homography {shards} --checkpoint {run.path}` shows their errors",
-                err=True,
+                f"`ogmkit predict homography {shards} --checkpoint {run.path}` shows their errors"
             )
     return tabled
 
@@ -215,7 +184,7 @@ def _grids(
         from ogmkit.pictures.evaluation_sheet import draw_evaluation
 
         for path in draw_evaluation(shards, evaluation, output.pictures):
-            click.echo(path, err=True)
+            note(str(path))
 
 
 def _plans(
@@ -235,7 +204,7 @@ def _plans(
         from ogmkit.pictures.planning_sheet import draw_plans
 
         for path in draw_plans(shards, evaluation, output.pictures):
-            click.echo(path, err=True)
+            note(str(path))
 
 
 def _written(evaluation: Evaluation | PlanEvaluation, output: _Output) -> str:

@@ -61,7 +61,7 @@ def _table_lines(table: Table) -> Iterator[str]:
 
 
 def _row_lines(row: tuple[str, ...], widths: list[int]) -> Iterator[str]:
-    """A row, numbers to the right; a name that is too long goes on below, indented."""
+    """A row, numbers to the right; a name that is too long continues below, indented."""
     name, *more = textwrap.wrap(row[0], widths[0], subsequent_indent="  ")
     figures = (cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True))
     yield "  ".join([name.ljust(widths[0]), *figures])

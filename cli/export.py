@@ -22,7 +22,7 @@ from .paths import ANY, EXISTING
     type=ANY,
     metavar="FILE",
     required=True,
-    help="The model's file, such as model.onnx; one that is there is replaced.",
+    help="The model's file, such as model.onnx; an existing one is replaced.",
 )
 @click.option(
     "--opset", type=int, default=17, show_default=True, help="Version of ONNX's operators, 16 to 20."

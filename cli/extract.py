@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from ogmkit.shards.settings import ExtractSettings
+from ogmkit.target_settings import TargetSettings
+
 from .command import Command
+from .grid_options import grid_options
 from .logs import complain
 from .options import (
     cache_dir_option,
-    cameras_option,
-    categories_option,
     dataroot_argument,
-    grid_options,
-    max_gap_option,
-    min_visibility_option,
     scenes_option,
     split_file_option,
     splits_option,
@@ -25,6 +25,7 @@ from .options import (
 )
 from .paths import ANY
 from .progress import progress
+from .record_options import record_options, setting_options
 from .text import one_line
 
 if TYPE_CHECKING:
@@ -34,7 +35,6 @@ if TYPE_CHECKING:
     from ogmkit.pipeline.extract import ExtractSummary
     from ogmkit.pipeline.plan import ScenePlan
     from ogmkit.shards.settings import Compression
-    from ogmkit.targets import ImagesMode
 
 _NAMED = 3
 """Scenes by name, of those that failed for one reason."""
@@ -53,26 +53,9 @@ _NAMED = 3
 @scenes_option
 @splits_option
 @split_file_option
-@cameras_option("CAM_FRONT")
-@categories_option
-@min_visibility_option
-@max_gap_option
 @grid_options
-@click.option(
-    "--images",
-    type=click.Choice(["bytes", "reference", "none"]),
-    default="bytes",
-    show_default=True,
-    help="Keep each JPEG itself, or only its path (`none`: the file may be absent).",
-)
-@click.option("--lidar", is_flag=True, help="Also keep the LiDAR points, moved to the image's time.")
-@click.option(
-    "--compression",
-    type=click.Choice(["gzip", "lzf", "none"]),
-    default="gzip",
-    show_default=True,
-    help="Of rasters and points; `lzf` needs h5py to be read.",
-)
+@record_options(TargetSettings, "targets")
+@setting_options(ExtractSettings)
 @workers_option
 @cache_dir_option
 @click.option("--overwrite", is_flag=True, help="Rebuild existing shards; other settings are allowed.")
@@ -85,13 +68,9 @@ def command(
     scenes: tuple[str, ...],
     splits: tuple[str, ...],
     split_file: Path | None,
-    cameras: tuple[str, ...],
-    categories: tuple[str, ...],
-    min_visibility: int,
-    max_gap_s: float,
     grid: GridSpec,
-    images: ImagesMode,
-    lidar: bool,
+    targets: TargetSettings,
+    cameras: tuple[str, ...],
     compression: Compression,
     workers: int,
     cache_dir: Path | None,
@@ -102,7 +81,7 @@ def command(
     """Turn a dataset into training targets, one HDF5 shard a scene.
 
     Each scene of DATAROOT becomes OUT/<scene>.h5 with rasters, boxes, trajectories, calibration and images;
-    OUT/manifest.json lists them. A run that was interrupted goes on where it stopped when it is called again.
+    OUT/manifest.json lists them. To resume after an interruption, run the same command again.
     Scenes that fail are named at the end, with exit code 1.
     """
     from ogmkit.nuscenes.dataset import Dataset
@@ -110,11 +89,8 @@ def command(
     from ogmkit.pipeline.extract import extract
     from ogmkit.pipeline.plan import plan
     from ogmkit.pipeline.selection import select_scenes
-    from ogmkit.shards.settings import ExtractSettings
-    from ogmkit.targets import TargetSettings
 
-    targets = TargetSettings(grid, categories, min_visibility, max_gap_s, images, lidar)
-    settings = ExtractSettings(targets, cameras, compression)
+    settings = ExtractSettings(replace(targets, grid=grid), cameras, compression)
     with Dataset(dataroot, version) as dataset:
         chosen = select_scenes(dataset, scenes, splits, split_file)
         if dry_run:

@@ -5,7 +5,7 @@ _ONNX = ("onnx", "onnxruntime")
 
 
 def require_train() -> None:
-    """Refuse to go on without the extra `train`.
+    """Refuse to continue without the extra `train`.
 
     Raises:
         MissingPackageError: one of its packages is absent; says how to install it.
@@ -16,7 +16,7 @@ def require_train() -> None:
 
 
 def require_yaml() -> None:
-    """Refuse to go on without YAML, which comes with the extra `train`.
+    """Refuse to continue without YAML, which comes with the extra `train`.
 
     Raises:
         MissingPackageError: it is absent; says how to install it.
@@ -27,7 +27,7 @@ def require_yaml() -> None:
 
 
 def require_onnx() -> None:
-    """Refuse to go on without the extra `onnx`.
+    """Refuse to continue without the extra `onnx`.
 
     Raises:
         MissingPackageError: one of its packages is absent; says how to install it.

@@ -6,19 +6,21 @@ from pathlib import Path
 
 import click
 
+from ogmkit.homography.settings import FitSettings
+from ogmkit.homography.sources import METHOD_NAMES
+
 from .command import Command
 from .homography_table import summary_lines, summary_values
 from .options import (
     cameras_option,
-    categories_option,
     json_option,
     list_option,
-    min_visibility_option,
     shards_argument,
     workers_option,
 )
 from .paths import FILE
 from .progress import progress
+from .record_options import record_options
 from .text import json_text
 
 
@@ -33,7 +35,7 @@ from .text import json_text
 @list_option(
     "--method",
     "methods",
-    choices=["surface", "dlt", "robust", "plane", "four-point", "calibration"],
+    choices=METHOD_NAMES,
     metavar="METHOD,…",
     default=("surface", "dlt", "plane", "calibration"),
     show_default=True,
@@ -41,32 +43,7 @@ from .text import json_text
     "option or separate methods by commas.",
 )
 @cameras_option()
-@click.option(
-    "--min-points",
-    type=click.IntRange(min=4),
-    show_default="4; 8 for robust",
-    help="Fewest corners of boxes that a homography may rest on.",
-)
-@click.option(
-    "--min-spread",
-    "min_spread_m",
-    type=click.FloatRange(min=0),
-    metavar="METRES",
-    default=0.1,
-    show_default=True,
-    help="Least standard deviation of the corners on the ground, over all directions.",
-)
-@categories_option
-@min_visibility_option
-@click.option(
-    "--max-distance",
-    "max_distance_m",
-    type=click.FloatRange(min=0, min_open=True),
-    metavar="METRES",
-    default=60.0,
-    show_default=True,
-    help="Farthest box whose corners are used, from the ego.",
-)
+@record_options(FitSettings, "settings")
 @workers_option
 @click.option(
     "--overwrite", is_flag=True, help="Fit existing homographies again; other settings are allowed."
@@ -82,11 +59,7 @@ def command(
     shards: Path,
     methods: tuple[str, ...],
     cameras: tuple[str, ...],
-    min_points: int | None,
-    min_spread_m: float,
-    categories: tuple[str, ...],
-    min_visibility: int,
-    max_distance_m: float,
+    settings: FitSettings,
     workers: int,
     overwrite: bool,
     plot: Path | None,
@@ -95,7 +68,7 @@ def command(
     """Fit camera-to-BEV homographies to every frame.
 
     Adds a group homography/<method> to each camera of SHARDS, a folder that `ogmkit extract`
-    wrote, and shows what the methods are worth: each box is left out of a fit and measured. `surface` and
+    wrote, and shows the errors of each method: each box is left out of a fit and measured. `surface` and
     `calibration` take no notice of the options on corners. A frame for which a method has no answer is marked
     invalid, with the reason. To resume after an interruption, run the same command again.
 
@@ -103,7 +76,6 @@ def command(
     valid, residual_px and residual_cells (medians), left_out (by distance: from_m, to_m, boxes, median_m,
     p90_m, refused_share), invalid (reason, frames)). What was not measured is null.
     """
-    from ogmkit.homography.settings import FitSettings
     from ogmkit.pipeline.execution import Execution
     from ogmkit.pipeline.homography_fit import fit_shards
 
@@ -111,7 +83,6 @@ def command(
         from ogmkit.base.atomic import require_outside
 
         require_outside(plot, shards)
-    settings = FitSettings(min_points, min_spread_m, max_distance_m, categories, min_visibility)
     with progress(None, "shards", "homography-fit") as advance:
         summary = fit_shards(
             shards,

@@ -1,4 +1,4 @@
-"""What homographies are worth, as a table for terminals."""
+"""Errors of homographies, as a table for terminals."""
 
 from __future__ import annotations
 

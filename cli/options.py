@@ -1,6 +1,5 @@
 """Arguments and options that commands share: each has one spelling and one help text."""
 
-import functools
 import re
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
@@ -116,32 +115,6 @@ shards_split_file_option = click.option(
     help="JSON file: split name → list of scene names.  [default: the splits that the shards were made with]",
 )
 
-categories_option = list_option(
-    "--categories",
-    metavar="PREFIX,…",
-    default=("vehicle.",),
-    show_default=True,
-    help="Category prefixes treated as vehicles; repeat the option or separate them by commas.",
-)
-
-min_visibility_option = click.option(
-    "--min-visibility",
-    type=click.IntRange(0, 4),
-    default=0,
-    show_default=True,
-    help="Lowest visibility level of a vehicle, 1 to 4; unknown visibility always counts.",
-)
-
-max_gap_option = click.option(
-    "--max-gap",
-    "max_gap_s",
-    type=click.FloatRange(min=0, min_open=True),
-    metavar="SECONDS",
-    default=0.75,
-    show_default=True,
-    help="Longest time between key frames within a trajectory.",
-)
-
 workers_option = click.option(
     "--workers",
     type=click.IntRange(min=0),
@@ -175,59 +148,3 @@ def cameras_option(*default: str) -> Callable[[Function], Function]:
         show_default=True if default else "all",
         help="Camera channel, such as CAM_FRONT; repeat the option or separate channels by commas.",
     )
-
-
-def grid_options(function: Function) -> Function:
-    """The grid's five options, handed to the command as one `grid: GridSpec`."""
-
-    @functools.wraps(function)
-    def with_grid(
-        *args: object,
-        cell_size: float,
-        rows: int,
-        columns: int,
-        ego_row: float | None,
-        ego_column: float | None,
-        **kwargs: object,
-    ) -> object:
-        from ogmkit.grid import GridSpec, default_ego
-
-        row, column = default_ego(rows, columns)
-        grid = GridSpec(
-            m_per_cell=cell_size,
-            rows=rows,
-            columns=columns,
-            ego_row=row if ego_row is None else ego_row,
-            ego_column=column if ego_column is None else ego_column,
-        )
-        return function(*args, grid=grid, **kwargs)
-
-    for option in reversed(_GRID_OPTIONS):
-        with_grid = option(with_grid)
-    return with_grid  # type: ignore[return-value]  # wraps keeps the signature but for `grid`
-
-
-_GRID_OPTIONS = (
-    click.option(
-        "--cell-size",
-        type=float,
-        metavar="METRES",
-        default=0.1,
-        show_default=True,
-        help="Side of a grid cell.",
-    ),
-    click.option("--rows", type=int, default=1000, show_default=True, help="Rows of the grid."),
-    click.option("--columns", type=int, default=550, show_default=True, help="Columns of the grid."),
-    click.option(
-        "--ego-row",
-        type=float,
-        show_default="ROWS, the bottom edge",
-        help="The ego's place from the grid's top edge, in cells.",
-    ),
-    click.option(
-        "--ego-column",
-        type=float,
-        show_default="6/11 of COLUMNS, as in the paper",
-        help="The ego's place from the grid's left edge, in cells.",
-    ),
-)

@@ -4,10 +4,13 @@ from pathlib import Path
 
 import click
 
+from ogmkit.pictures.settings import PreviewSettings
+
 from .command import Command
-from .options import cameras_option, list_option, scenes_option, shards_argument
+from .options import cameras_option, scenes_option, shards_argument
 from .paths import EXISTING_FOLDER, FOLDER
 from .progress import progress
+from .record_options import record_options
 
 
 @click.command(
@@ -24,32 +27,9 @@ from .progress import progress
     type=FOLDER,
     help="Folder for the pictures.  [default: SHARDS with -preview after its name]",
 )
-@list_option(
-    "--view",
-    "subjects",
-    choices=["targets", "footprints", "stretch", "masks"],
-    metavar="VIEW,…",
-    default=("targets",),
-    show_default=True,
-    help="What to draw, as listed above; repeat the option or separate views by commas.",
-)
-@click.option(
-    "--masks",
-    "mask_set",
-    metavar="SET",
-    default="surface",
-    show_default=True,
-    help="Set of camera-view masks to draw in all views but targets.",
-)
+@record_options(PreviewSettings, "settings")
 @scenes_option
 @cameras_option()
-@click.option(
-    "--frames",
-    type=click.IntRange(1, 60),
-    default=6,
-    show_default=True,
-    help="Frames of a sheet, evenly spread over the scene.",
-)
 @click.option(
     "--dataroot",
     type=EXISTING_FOLDER,
@@ -58,11 +38,9 @@ from .progress import progress
 def command(
     shards: Path,
     pictures: Path | None,
-    subjects: tuple[str, ...],
-    mask_set: str,
+    settings: PreviewSettings,
     scenes: tuple[str, ...],
     cameras: tuple[str, ...],
-    frames: int,
     dataroot: Path | None,
 ) -> None:
     """Draw contact sheets of extracted frames.
@@ -86,11 +64,9 @@ def command(
         written = preview(
             shards,
             pictures,
-            subjects=subjects,
-            mask_set=mask_set,
+            settings,
             scenes=scenes,
             cameras=cameras,
-            frames=frames,
             dataroot=dataroot,
             on_progress=advance,
         )

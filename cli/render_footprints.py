@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
+
+from ogmkit.footprints.settings import FootprintSettings
 
 from .command import Command
 from .options import cameras_option, shards_argument, workers_option
 from .progress import progress
+from .record_options import record_options
 from .text import with_number
-
-if TYPE_CHECKING:
-    from ogmkit.footprints.sets import Method
 
 
 @click.command(
@@ -24,40 +23,13 @@ if TYPE_CHECKING:
     ),
 )
 @shards_argument
-@click.option(
-    "--homography",
-    metavar="SOURCE",
-    default="surface",
-    show_default=True,
-    help="Homography that masks are warped with; for the other methods, the ground that the drivable area "
-    "lies on: surface or calibration.",
-)
-@click.option(
-    "--method",
-    type=click.Choice(["warp", "project", "full-body"]),
-    default="warp",
-    show_default=True,
-    help="By the homography; exactly, from boxes and ground; or whole bodies, as an ordinary mask has them.",
-)
-@click.option(
-    "--scale", type=float, default=2.0, show_default=True, help="Size of the image / size of the masks."
-)
-@click.option(
-    "--masks",
-    "name",
-    metavar="SET",
-    show_default="SOURCE, SOURCE-project or full-body",
-    help="Name of the set of masks.",
-)
+@record_options(FootprintSettings, "settings")
 @cameras_option()
 @workers_option
 @click.option("--overwrite", is_flag=True, help="Render an existing set again; other settings are allowed.")
 def command(
     shards: Path,
-    homography: str,
-    method: Method,
-    scale: float,
-    name: str | None,
+    settings: FootprintSettings,
     cameras: tuple[str, ...],
     workers: int,
     overwrite: bool,
@@ -68,14 +40,13 @@ def command(
     without a valid homography are marked, and their masks left empty. To resume after an interruption, run
     the same command again.
     """
-    from ogmkit.footprints.settings import FootprintSettings
     from ogmkit.pipeline.execution import Execution
     from ogmkit.pipeline.render_footprints import render_footprints
 
     with progress(None, "shards", "render-footprints") as advance:
         summary = render_footprints(
             shards,
-            FootprintSettings(homography, method, scale, name),
+            settings,
             cameras=cameras,
             execution=Execution(workers, overwrite=overwrite, on_progress=advance),
         )

@@ -8,13 +8,14 @@ import click
 
 from ogmkit.base.news import Waiting, tell
 from ogmkit.learn.catalogue import CATALOGUE, SystemEntry, require_read
-from ogmkit.learn.settings import stated_fields
 
 from .groups import SuggestingGroup
 from .options import shards_argument, shards_split_file_option
+from .paths import EXISTING_FILE, FOLDER
 from .progress import progress
+from .record_options import setting_options
 from .text import with_number
-from .train_options import TrainCommand, setting_options
+from .train_options import TrainCommand
 
 _HELP = """Train {system}: {help}.
 
@@ -22,11 +23,10 @@ SHARDS is a folder that `ogmkit extract` wrote. The defaults are the paper's. RU
 splits.json, metrics.csv, tensorboard/, samples.png, last.ckpt and best.ckpt. Ctrl-C finishes the step and
 saves. To resume, run the same command again; on a CPU the weights come out as if nothing had happened.
 """
-_EPILOG = """\b
-Examples:
-  ogmkit train {system} shards --out runs/{system}
-  ogmkit train {system} shards --out runs/quick --epochs 5 --limit-frames 200
-"""
+_EXAMPLES = (
+    "ogmkit train {system} shards --out runs/{system}",
+    "ogmkit train {system} shards --out runs/quick --epochs 5 --limit-frames 200",
+)
 
 
 class TrainGroup(SuggestingGroup):
@@ -43,7 +43,14 @@ class TrainGroup(SuggestingGroup):
         return system_command(CATALOGUE[cmd_name]) if cmd_name in CATALOGUE else None
 
 
-@click.group(cls=TrainGroup, subcommand_metavar="SYSTEM SHARDS [OPTIONS]")
+@click.group(
+    cls=TrainGroup,
+    subcommand_metavar="SYSTEM SHARDS [OPTIONS]",
+    examples=(
+        "ogmkit train footprints shards --out runs/footprints",
+        "ogmkit train holistic shards --out runs/holistic --perception runs/footprints",
+    ),
+)
 def command() -> None:
     """Train a network on shards.
 
@@ -59,7 +66,6 @@ def _configured(context: click.Context, parameter: click.Parameter, path: Path |
     from .extras import require_train
 
     require_train()
-    from ogmkit.base.values import require_known
     from ogmkit.errors import SettingsError
     from ogmkit.learn.runs import read_yaml
 
@@ -72,7 +78,7 @@ def _configured(context: click.Context, parameter: click.Parameter, path: Path |
         require_read(entry, values)
     except SettingsError as error:
         raise SettingsError(f"{path}: {error}") from error
-    require_known(values, tuple(stated_fields(entry.settings)), str(path))
+    entry.settings.from_values(values, str(path))
     context.default_map = {name: value for name, value in values.items() if value is not None}
 
 
@@ -84,26 +90,26 @@ def system_command(entry: SystemEntry) -> TrainCommand:
         cls=TrainCommand,
         short_help=entry.help,
         help=_HELP.format(system=entry.name, help=entry.help),
-        epilog=_EPILOG.format(system=entry.name),
+        examples=tuple(example.format(system=entry.name) for example in _EXAMPLES),
     )
     @shards_argument
     @click.option(
         "--out",
         "run",
-        type=click.Path(file_okay=False, path_type=Path),
+        type=FOLDER,
         metavar="RUN",
         help="Folder for checkpoints, figures and pictures; needed, except with --print-config.",
     )
     @click.option(
         "--config",
-        type=click.Path(exists=True, dir_okay=False, path_type=Path),
+        type=EXISTING_FILE,
         is_eager=True,
         expose_value=False,
         callback=_configured,
         help="YAML file of settings, as --print-config writes it; options take precedence.",
     )
     @click.option("--print-config", is_flag=True, help="Write the settings as YAML, and train nothing.")
-    @setting_options(entry)
+    @setting_options(entry.settings)
     @shards_split_file_option
     @click.option("--overwrite", is_flag=True, help="Start over where RUN holds a training.")
     def train_system(

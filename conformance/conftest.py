@@ -8,7 +8,8 @@ import matplotlib as mpl
 import pytest
 from nuscenes.nuscenes import NuScenes
 
-from ogmkit.synthetic.build import SynthesisSettings, synthesize
+from ogmkit.synthetic.build import synthesize
+from ogmkit.synthetic.settings import SynthesisSettings
 
 DATA = Path(os.environ.get("OGMKIT_TEST_DATA") or Path(__file__).resolve().parents[2] / "shared" / "data")
 REAL = DATA / "nuscenes-mini-part"

@@ -19,6 +19,7 @@ from ogmkit import (
     FootprintSettings,
     FrameRecord,
     GridSpec,
+    PreviewSettings,
     RecordDataset,
     SceneRecord,
     TargetSettings,
@@ -113,7 +114,7 @@ def main(out: Path) -> None:
     extract(dataset, shards, SETTINGS, scenes=names, splits=splits, strict=True, cache_dir=out / "cache")
     fit_shards(shards, ("surface",))  # the homography of each frame, from camera to plane
     render_footprints(shards, FootprintSettings(scale=1.0))  # by it, the masks in the camera's view
-    preview(shards, out / "pictures", subjects=("targets", "footprints"))
+    preview(shards, out / "pictures", PreviewSettings(views=("targets", "footprints")))
 
 
 if __name__ == "__main__":

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from ogmkit.metrics.scores import IouTally, displacement_errors
     from ogmkit.nuscenes.dataset import Dataset
     from ogmkit.pictures.preview import preview
+    from ogmkit.pictures.settings import PreviewSettings
     from ogmkit.pipeline.execution import Execution
     from ogmkit.pipeline.extract import extract
     from ogmkit.pipeline.homography_fit import fit_shards
@@ -32,7 +33,8 @@ if TYPE_CHECKING:
     from ogmkit.shards.reader import Shard
     from ogmkit.shards.settings import ExtractSettings
     from ogmkit.shards.verify import verify_folder
-    from ogmkit.targets import FrameTargets, TargetSettings, frame_targets
+    from ogmkit.target_settings import TargetSettings
+    from ogmkit.targets import FrameTargets, frame_targets
 
 __version__ = "0.1.0"
 
@@ -49,6 +51,7 @@ _HOMES = {
     "metrics.scores": ("IouTally", "displacement_errors"),
     "nuscenes.dataset": ("Dataset",),
     "pictures.preview": ("preview",),
+    "pictures.settings": ("PreviewSettings",),
     "pipeline.execution": ("Execution",),
     "pipeline.extract": ("extract",),
     "pipeline.homography_fit": ("fit_shards",),
@@ -61,7 +64,8 @@ _HOMES = {
     "shards.reader": ("Shard",),
     "shards.settings": ("ExtractSettings",),
     "shards.verify": ("verify_folder",),
-    "targets": ("FrameTargets", "TargetSettings", "frame_targets"),
+    "target_settings": ("TargetSettings",),
+    "targets": ("FrameTargets", "frame_targets"),
 }
 """Module → its public names: the imports above, for when the program runs (a test compares)."""
 
@@ -80,6 +84,7 @@ __all__ = [
     "IouTally",
     "LidarRecord",
     "OgmkitError",
+    "PreviewSettings",
     "RecordDataset",
     "SampleSpec",
     "SceneRecord",

@@ -33,7 +33,7 @@ class OutputError(OgmkitError):
 
 
 class TrainingError(OgmkitError):
-    """A training can't go on: it diverged, or has nothing to learn from."""
+    """A training can't continue: it diverged, or has nothing to learn from."""
 
 
 class CheckpointError(OgmkitError):

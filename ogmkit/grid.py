@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ogmkit.base.stated import require_stated, setting
 from ogmkit.errors import SettingsError
 from ogmkit.typing import FloatArray
 
 _MAX_CELLS = 1 << 28
-_CELL_LIMITS_M = (1e-6, 1e6)
 _MAX_EGO_CELLS = 1e9
 
 
@@ -33,22 +33,18 @@ class GridSpec:
             cells away.
     """
 
-    m_per_cell: float = 0.1
-    rows: int = 1000
-    columns: int = 550
+    m_per_cell: float = setting(
+        0.1, "Side of a grid cell.", low=1e-6, high=1e6, form="METRES", flag="--cell-size"
+    )
+    rows: int = setting(1000, "Rows of the grid.", low=1)
+    columns: int = setting(550, "Columns of the grid.", low=1)
     ego_row: float = 1000.0
     ego_column: float = 300.0
 
     def __post_init__(self) -> None:
-        smallest, largest = _CELL_LIMITS_M
-        if not smallest <= self.m_per_cell <= largest:
-            raise SettingsError(
-                f"grid: cell size {self.m_per_cell} m is not between {smallest:g} and {largest:g}"
-            )
-        if self.rows < 1 or self.columns < 1 or self.rows * self.columns > _MAX_CELLS:
-            raise SettingsError(
-                f"grid: {self.rows} rows × {self.columns} columns is not between 1 and 2^28 cells"
-            )
+        require_stated(self)
+        if self.rows * self.columns > _MAX_CELLS:
+            raise SettingsError(f"grid: {self.rows} rows × {self.columns} columns are over 2^28 cells")
         if not (abs(self.ego_row) <= _MAX_EGO_CELLS and abs(self.ego_column) <= _MAX_EGO_CELLS):
             position = f"({self.ego_row}, {self.ego_column})"
             raise SettingsError(f"grid: ego position {position} is not within {_MAX_EGO_CELLS:g} cells")

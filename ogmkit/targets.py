@@ -1,61 +1,22 @@
 """A frame's training targets from its record, its map's mask and its files."""
 
-import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, get_args
 
 from ogmkit.base.jpeg import jpeg_size
-from ogmkit.errors import DataFileError, SettingsError
+from ogmkit.errors import DataFileError
 from ogmkit.frames import FrameRecord
-from ogmkit.grid import GridSpec
 from ogmkit.nuscenes.maps import MapMask, MaskStore
 from ogmkit.nuscenes.paths import resolve
 from ogmkit.raster.drivable import drivable_mask
 from ogmkit.raster.field_of_view import field_of_view_mask
 from ogmkit.raster.lidar import lidar_points_level
 from ogmkit.raster.vehicles import select, vehicle_mask
+from ogmkit.target_settings import TargetSettings
 from ogmkit.trajectories import Trajectory, trajectory
 from ogmkit.typing import Float32Array, UInt8Array
 
-ImagesMode = Literal["bytes", "reference", "none"]
-"""Keep each image's own bytes, only its path (the file is checked all the same), or the path unchecked."""
-
 _MAX_IMAGE_BYTES = 1 << 26
-
-
-@dataclass(frozen=True)
-class TargetSettings:
-    """What targets to make.
-
-    Attributes:
-        grid: the bird's-eye-view grid.
-        categories: beginnings of the categories drawn on the vehicle canvas.
-        min_visibility: lowest visibility drawn there, 0 to 4; boxes of unknown visibility are always drawn.
-        max_gap_s: longest time between key frames that a trajectory bridges.
-        images: what to keep of the images.
-        lidar: whether to keep the LiDAR points.
-
-    Raises:
-        SettingsError: a setting is out of range or unknown.
-    """
-
-    grid: GridSpec = field(default_factory=GridSpec)
-    categories: tuple[str, ...] = ("vehicle.",)
-    min_visibility: int = 0
-    max_gap_s: float = 0.75
-    images: ImagesMode = "bytes"
-    lidar: bool = False
-
-    def __post_init__(self) -> None:
-        if not self.categories or not all(self.categories):
-            raise SettingsError(f"categories: {self.categories} names none, or one is empty")
-        if self.min_visibility not in range(5):
-            raise SettingsError(f"min_visibility: {self.min_visibility} is not one of 0 to 4")
-        if not (math.isfinite(self.max_gap_s) and self.max_gap_s > 0):
-            raise SettingsError(f"max_gap_s: {self.max_gap_s} is not a positive number of seconds")
-        if self.images not in get_args(ImagesMode):
-            raise SettingsError(f"images: {self.images!r} is not one of {', '.join(get_args(ImagesMode))}")
 
 
 @dataclass(frozen=True, eq=False)

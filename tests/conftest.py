@@ -27,7 +27,8 @@ def real_dataroot():
 @pytest.fixture(scope="session")
 def tiny_dataroot(tmp_path_factory):
     """A synthetic dataset of two scenes of eight key frames, two small cameras; tests only read it."""
-    from ogmkit.synthetic.build import SynthesisSettings, synthesize
+    from ogmkit.synthetic.build import synthesize
+    from ogmkit.synthetic.settings import SynthesisSettings
 
     out = tmp_path_factory.mktemp("tiny") / "dataroot"
     synthesize(
@@ -52,8 +53,9 @@ def make_plan_shards():
     from ogmkit.pipeline.homography_fit import fit_shards
     from ogmkit.pipeline.render_footprints import render_footprints
     from ogmkit.shards.settings import ExtractSettings
-    from ogmkit.synthetic.build import SynthesisSettings, synthesize
-    from ogmkit.targets import TargetSettings
+    from ogmkit.synthetic.build import synthesize
+    from ogmkit.synthetic.settings import SynthesisSettings
+    from ogmkit.target_settings import TargetSettings
 
     def make(folder, scenes, frames):
         world, out, cameras = folder / "world", folder / "shards", ("CAM_FRONT",)
@@ -151,7 +153,7 @@ def make_sample_shards(tiny_dataroot, tmp_path_factory):
     from ogmkit.nuscenes.dataset import Dataset
     from ogmkit.pipeline.extract import extract
     from ogmkit.shards.settings import ExtractSettings
-    from ogmkit.targets import TargetSettings
+    from ogmkit.target_settings import TargetSettings
 
     def make(**targets):
         out = tmp_path_factory.mktemp("shards") / "out"

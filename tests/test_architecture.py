@@ -72,18 +72,30 @@ def test_commands_import_each_other_relatively(path):
     assert not {name for name in absolute if name and name.split(".")[0] in {"cli", "ogmkit_cli"}}
 
 
+def modules_after(code):
+    report = f"{code}\nimport sys\nprint(*sorted({{name.split('.')[0] for name in sys.modules}}))"
+    run = subprocess.run([sys.executable, "-c", report], capture_output=True, text=True, check=True)
+    return set(run.stdout.splitlines()[-1].split())
+
+
 @pytest.mark.parametrize(
     "code",
     [
         "import ogmkit; dir(ogmkit); ogmkit.SampleSpec(), ogmkit.OgmkitError",
         "from ogmkit_cli.main import main; main(['--help'], standalone_mode=False)",
-        "from ogmkit_cli.main import main; main(['extract', '--help'], standalone_mode=False)",
+        "from ogmkit_cli.main import COMMANDS, main\n"
+        "names = COMMANDS.keys() - {'extract', 'synthesize'}\n"
+        "for name in names: main([name, '--help'], standalone_mode=False)",
     ],
-    ids=["library", "help", "command-help"],
+    ids=["library", "help", "help-of-commands"],
 )
 def test_starts_without_anything_heavy(code):
-    report = f"{code}\nimport sys\nprint(*sorted({{name.split('.')[0] for name in sys.modules}}))"
-    run = subprocess.run([sys.executable, "-c", report], capture_output=True, text=True, check=True)
-    loaded = set(run.stdout.splitlines()[-1].split())
+    loaded = modules_after(code)
     assert "ogmkit" in loaded
     assert not loaded & HEAVY
+
+
+@pytest.mark.parametrize("name", ["extract", "synthesize"])
+def test_help_with_settings_of_arrays_needs_numpy_at_most(name):
+    code = f"from ogmkit_cli.main import main; main([{name!r}, '--help'], standalone_mode=False)"
+    assert not modules_after(code) & HEAVY - {"numpy"}

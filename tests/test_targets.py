@@ -9,7 +9,8 @@ from ogmkit.frames import Boxes, FrameRecord, LidarRecord
 from ogmkit.geometry.se3 import pose_matrix
 from ogmkit.grid import GridSpec
 from ogmkit.nuscenes.maps import MaskStore
-from ogmkit.targets import TargetSettings, build_targets, frame_targets, read_image
+from ogmkit.target_settings import TargetSettings
+from ogmkit.targets import build_targets, frame_targets, read_image
 
 _GRID = GridSpec(m_per_cell=0.5, rows=40, columns=30, ego_row=36, ego_column=12)
 _CAMERA_AHEAD = np.array([[0, 0, 1, 1.5], [-1, 0, 0, 0], [0, -1, 0, 1.5], [0, 0, 0, 1]], dtype=float)

@@ -7,7 +7,7 @@ from ogmkit.errors import MissingPackageError
 
 
 def require_packages(extra: str, packages: Iterable[str]) -> None:
-    """Refuse to go on without the packages of an extra.
+    """Refuse to continue without the packages of an extra.
 
     Args:
         extra: its name, such as `train`.

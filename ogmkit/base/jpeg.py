@@ -14,7 +14,7 @@ def jpeg_size(data: bytes) -> tuple[int, int]:
     short only warns and fills the rest with grey. Zero bytes after the end are padding.
 
     Raises:
-        ValueError: the data is no JPEG, or cut short.
+        ValueError: the data is not a JPEG, or cut short.
     """
     if not data.startswith(_START):
         raise ValueError("not a JPEG" if data else "empty")

@@ -50,12 +50,12 @@ def mapping(found: object, where: str) -> dict[str, Any]:
     """A section of a file: a copy of what it holds; nothing where it is empty.
 
     Raises:
-        SettingsError: it is no mapping of names.
+        SettingsError: it is not a mapping of names.
     """
     if found is None:
         return {}
     if not isinstance(found, Mapping) or not all(isinstance(key, str) for key in found):
-        raise SettingsError(f"{where}: holds no mapping of setting: value")
+        raise SettingsError(f"{where}: not a mapping of setting: value")
     return dict(found)
 
 

@@ -1,1 +1,1 @@
-"""Runs, metrics and frames brought together: tables of what predictions are worth."""
+"""Runs, metrics and frames brought together: tables of scores."""

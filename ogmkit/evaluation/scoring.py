@@ -7,6 +7,7 @@ import numpy as np
 
 from ogmkit.evaluation.baselines import ALL_DRIVABLE, MEAN_MAP, Ceilings, all_drivable, mean_maps
 from ogmkit.evaluation.entrants import Entrant, no_grids
+from ogmkit.evaluation.faces import vehicle_faces
 from ogmkit.evaluation.frames import Frame, FrameReader, row
 from ogmkit.evaluation.progress import Tick
 from ogmkit.evaluation.result import Sample
@@ -14,7 +15,7 @@ from ogmkit.evaluation.runs import PredictedGrids
 from ogmkit.evaluation.scope import Scope, paths, places
 from ogmkit.evaluation.tally import Tally
 from ogmkit.metrics.iou import BevCounter, code_of, count_image, resized, thresholded
-from ogmkit.metrics.separation import Neighbours, count_separated, neighbours, vehicle_faces
+from ogmkit.metrics.separation import Neighbours, count_separated, neighbours
 from ogmkit.samples.spec import TARGETS
 from ogmkit.typing import Float32Array, IntArray, UInt8Array
 

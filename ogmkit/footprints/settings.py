@@ -1,9 +1,8 @@
 """Settings of a set of footprints."""
 
-import math
 from dataclasses import dataclass
-from typing import get_args
 
+from ogmkit.base.stated import require_stated, setting
 from ogmkit.errors import SettingsError
 from ogmkit.footprints.sets import MaskKind, Method
 from ogmkit.homography.sources import SURFACE
@@ -15,28 +14,31 @@ _MAX_SIDE_PX = 1 << 14
 class FootprintSettings:
     """What footprints to make.
 
-    Attributes:
-        homography: the source that BEV masks are warped with. For `project` and `full-body` it names the
-            ground that the drivable area lies on.
-        method: how they are made.
-        scale: image size / mask size.
-        name: of the set; None is the source's name, `<source>-project` or `full-body`.
-
     Raises:
         SettingsError: the method is unknown, or the scale is not a positive number.
     """
 
-    homography: str = SURFACE
-    method: Method = "warp"
-    scale: float = 2.0
-    name: str | None = None
+    homography: str = setting(
+        SURFACE,
+        "Homography that masks are warped with; for the other methods, the ground that the drivable area "
+        "lies on: surface or calibration.",
+        form="SOURCE",
+    )
+    method: Method = setting(
+        "warp",
+        "By the homography; exactly, from boxes and ground; or whole bodies, as an ordinary mask has them.",
+    )
+    scale: float = setting(2.0, "Image size / mask size.", above=0)
+    name: str | None = setting(
+        None,
+        "Name of the set of masks.",
+        form="SET",
+        flag="--masks",
+        unset="SOURCE, SOURCE-project or full-body",
+    )
 
     def __post_init__(self) -> None:
-        if self.method not in get_args(Method):
-            known = ", ".join(get_args(Method))
-            raise SettingsError(f"footprint method {self.method!r} is unknown: choose from {known}")
-        if not (math.isfinite(self.scale) and self.scale > 0):
-            raise SettingsError(f"scale: {self.scale:g} is not a positive number")
+        require_stated(self)
 
     @property
     def set_name(self) -> str:

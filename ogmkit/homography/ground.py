@@ -59,7 +59,7 @@ class Ground:
 
         Args:
             points_m: (S, 2).
-            left_out: (B,) indices of boxes; −1, or a box that is no evidence, leaves out none.
+            left_out: (B,) indices of boxes; −1, or a box that is not evidence, leaves out none.
 
         Returns:
             (B, S) means in metres and (B, S) variances in m².

@@ -12,20 +12,20 @@ from ogmkit.homography.corners import usable_corners
 from ogmkit.homography.frame import FrameGeometry
 from ogmkit.homography.result import Estimates, Homography, finished
 from ogmkit.homography.settings import FitSettings
+from ogmkit.homography.sources import METHOD_NAMES
 from ogmkit.typing import IntArray
 
 Estimator = Callable[[FrameGeometry, IntArray, FitSettings], Estimates]
 """Frame, (B,) index of the box that each variant leaves out (−1: none), settings → B estimates."""
 
 METHODS: Mapping[str, Estimator] = MappingProxyType(
-    {
-        "surface": surface.estimate,
-        "dlt": dlt.estimate,
-        "robust": robust.estimate,
-        "plane": plane.estimate,
-        "four-point": four_point.estimate,
-        "calibration": calibration.estimate,
-    }
+    dict(
+        zip(
+            METHOD_NAMES,
+            (module.estimate for module in (surface, dlt, robust, plane, four_point, calibration)),
+            strict=True,
+        )
+    )
 )
 """By the names that the command line and the shards use; the default first."""
 
@@ -46,7 +46,7 @@ def estimator(method: str) -> Estimator:
 def fit(method: str, frame: FrameGeometry, grid: GridSpec, settings: FitSettings) -> Homography:
     """Fit one frame.
 
-    A frame that the method can't answer for is no error: the result is invalid and says why.
+    A frame that the method can't answer for is not an error: the result is invalid and says why.
 
     Args:
         method: a key of `METHODS`.

@@ -3,9 +3,9 @@
 import re
 from collections.abc import Collection
 
-from ogmkit.homography.methods import METHODS
-
 SURFACE, NETWORK = "surface", "network"
+METHOD_NAMES = (SURFACE, "dlt", "robust", "plane", "four-point", "calibration")
+"""Of `homography-fit`, the default first; `ogmkit.homography.methods` has their estimators."""
 
 _NETWORK_NAME = re.compile(rf"{NETWORK}(-.+)?")
 
@@ -17,7 +17,7 @@ def is_network(source: str) -> bool:
 
 def is_source(name: str) -> bool:
     """Whether the name is that of a method or of a network."""
-    return name in METHODS or is_network(name)
+    return name in METHOD_NAMES or is_network(name)
 
 
 def preferred_source(available: Collection[str]) -> str | None:

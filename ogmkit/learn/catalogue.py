@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Any, Literal
 
 from ogmkit.base.names import unknown
+from ogmkit.base.stated import Stated, stated_fields
 from ogmkit.errors import SettingsError
 from ogmkit.learn.perception_settings import (
     BevLidarTraining,
@@ -24,7 +25,7 @@ from ogmkit.learn.planner_settings import (
     MidToEndTraining,
     WarpedTraining,
 )
-from ogmkit.learn.settings import Stated, TrainSettings, stated_fields
+from ogmkit.learn.settings import TrainSettings
 
 Inputs = Literal["images", "lidar", "none"]
 Output = Literal["homography", "grids", "plan"]

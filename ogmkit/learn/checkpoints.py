@@ -37,7 +37,7 @@ class Card:
         settings: of the training.
         grid: of the shards it was trained on.
         cameras: channels, in the order that the system numbers them.
-        epoch: the one that goes on, from 0.
+        epoch: the current one, from 0.
         batches: batches of it that are done.
         package_version: ogmkit's that wrote it.
     """
@@ -129,7 +129,7 @@ def read_checkpoint(path: Path, *, mapped: bool = False) -> tuple[Card, dict[str
         ) from error
     values = content.get(KEY) if isinstance(content, dict) else None
     if not isinstance(values, dict) or not isinstance(content.get("state_dict"), dict):
-        raise CheckpointError(f"{path}: is no checkpoint of ogmkit; {AGAIN}")
+        raise CheckpointError(f"{path}: not a checkpoint of ogmkit; {AGAIN}")
     if values.get("format_version") != FORMAT_VERSION:
         found = values.get("format_version")
         raise CheckpointError(f"{path}: has checkpoint format {found}, not {FORMAT_VERSION}; {AGAIN}")

@@ -4,7 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import ClassVar, Literal, Self
 
-from ogmkit.learn.settings import TrainSettings, setting, with_default
+from ogmkit.base.stated import setting, with_default
+from ogmkit.learn.settings import TrainSettings
 
 Head = Literal["entries", "four-point"]
 

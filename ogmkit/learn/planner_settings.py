@@ -4,9 +4,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
+from ogmkit.base.stated import setting, with_default
 from ogmkit.errors import SettingsError
 from ogmkit.learn.perception_settings import ImageTraining, MaskTraining
-from ogmkit.learn.settings import TrainSettings, setting, with_default
+from ogmkit.learn.settings import TrainSettings
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -56,7 +56,7 @@ class CheckpointSummary:
         settings: of the training, as plain values.
         grid: of the shards it was trained on, as plain values.
         cameras: channels it was trained on.
-        epoch: the one that goes on, from 0.
+        epoch: the current one, from 0.
         package_version: ogmkit's that wrote it.
     """
 

@@ -1,4 +1,4 @@
-"""The folder of a training: what it was made with, and whether a training may go on in it."""
+"""The folder of a training: what it was made with, and whether a training may resume in it."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -51,9 +51,9 @@ def read_yaml(path: Path) -> dict[str, Any]:
         raise CheckpointError(f"{path}: can't be read ({error.strerror}); choose another file") from error
     except (yaml.YAMLError, ValueError) as error:
         reason = " ".join(str(error).split())
-        raise CheckpointError(f"{path}: is no YAML ({reason}); correct it") from error
+        raise CheckpointError(f"{path}: not YAML ({reason}); correct it") from error
     if not isinstance(content, dict) or not all(isinstance(key, str) for key in content):
-        raise CheckpointError(f"{path}: holds no mapping of setting: value; correct it")
+        raise CheckpointError(f"{path}: not a mapping of setting: value; correct it")
     return content
 
 
@@ -64,13 +64,13 @@ def open_folder(
     *,
     overwrite: bool,
 ) -> None:
-    """Make the folder of a training, or find that a training of the same settings may go on in it.
+    """Make the folder of a training, or find that a training of the same settings may resume in it.
 
     Args:
         run: the folder.
         settings: of the training.
         scenes: split → its scenes.
-        overwrite: begin anew where there is a training already.
+        overwrite: start over where a training exists.
 
     Raises:
         OutputError: the folder holds something else, or a training with other settings or scenes.
@@ -113,7 +113,7 @@ def checkpoint_file(path: Path) -> Path:
     for name in (BEST, LAST):
         if (path / name).is_file():
             return path / name
-    raise CheckpointError(f"{path}: is no checkpoint and holds none; choose a RUN that `ogmkit train` wrote")
+    raise CheckpointError(f"{path}: not a checkpoint, and holds none; choose a RUN that `ogmkit train` wrote")
 
 
 def _require_training(run: Path) -> bool:
@@ -138,13 +138,13 @@ def _require_same(run: Path, settings: TrainSettings, scenes: Mapping[str, tuple
     different = differences(here, there)
     if different:
         raise OutputError(
-            f"{run}: a training with other settings is there: {', '.join(different)}; "
+            f"{run}: a training with other settings exists: {', '.join(different)}; "
             "use --overwrite or another --out"
         )
     if (run / SPLITS).is_file():
         known = {split: tuple(names) for split, names in read_yaml(run / SPLITS).items()}
         if known != dict(scenes):
-            raise OutputError(f"{run}: a training on other scenes is there; use --overwrite or another --out")
+            raise OutputError(f"{run}: a training on other scenes exists; use --overwrite or another --out")
 
 
 def _clear(run: Path) -> None:

@@ -2,63 +2,17 @@
 
 import dataclasses
 import json
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any, ClassVar, Literal, Self, get_args, get_origin, get_type_hints
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal, Self
 
-from ogmkit.base.names import unknown
-from ogmkit.base.values import converted, require_known
+from ogmkit.base.stated import require_stated, setting
+from ogmkit.base.values import built
 from ogmkit.errors import SettingsError
 
 Optimizer = Literal["sgd", "adamw"]
 Schedule = Literal["constant", "cosine"]
 Precision = Literal["32-true", "16-mixed", "bf16-mixed"]
-Group = Literal["Data", "Model", "Optimisation", "Run"]
-
-_KEY = "ogmkit"
-"""Of a field's metadata."""
-
-
-@dataclass(frozen=True)
-class Stated:
-    """What a field says of its setting, beside name, type and default.
-
-    Attributes:
-        help: one sentence.
-        group: of options.
-        low: least value; None for no bound. Of a tuple, each entry has it.
-        high: greatest value; None for no bound.
-        form: what the value looks like, for help, such as `HEIGHTxWIDTH`.
-        flag: of the option; empty for the field's name.
-        unset: what None means.
-    """
-
-    help: str
-    group: Group
-    low: float | None = None
-    high: float | None = None
-    form: str = ""
-    flag: str = ""
-    unset: str = ""
-
-
-def setting(
-    default: Any,  # noqa: ANN401  # of the field's type
-    help: str,
-    group: Group,
-    **more: Any,  # noqa: ANN401  # of `Stated`
-) -> Any:  # noqa: ANN401
-    """A field of a settings record that states all there is to know of it; `more` goes to `Stated`."""
-    return field(default=default, metadata={_KEY: Stated(help, group, **more)})
-
-
-def with_default(
-    cls: type["TrainSettings"],
-    name: str,
-    default: Any,  # noqa: ANN401  # of the field's type
-) -> Any:  # noqa: ANN401
-    """The field of a record, with another default."""
-    return field(default=default, metadata={_KEY: stated_fields(cls)[name]})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,7 +63,11 @@ class TrainSettings:
     )
     seed: int = setting(0, "Seed of everything random.", "Run", low=0, high=2**31 - 1)
     workers: int = setting(
-        2, "Number of worker processes that read samples; 0 reads in this process.", "Run", low=0, high=1024
+        1,
+        "Number of worker processes that read samples; 0 or 1 reads in this process.",
+        "Run",
+        low=0,
+        high=1024,
     )
     devices: int | None = setting(
         None, "Number of GPUs; of processes where there is no GPU.", "Run", low=1, high=1024, unset="1"
@@ -120,12 +78,7 @@ class TrainSettings:
     )
 
     def __post_init__(self) -> None:
-        for name, stated in stated_fields(type(self)).items():
-            _require_range(name, getattr(self, name), stated)
-        hints = get_type_hints(type(self))
-        for name in stated_fields(type(self)):
-            if get_origin(hints[name]) is Literal and getattr(self, name) not in get_args(hints[name]):
-                raise SettingsError(unknown(name, getattr(self, name), get_args(hints[name])))
+        require_stated(self)
         if self.train_split == self.val_split:
             raise SettingsError(f"train split and validation split are both {self.val_split!r}")
 
@@ -170,27 +123,4 @@ class TrainSettings:
         Raises:
             SettingsError: a setting is unknown, or a value of another kind or out of range.
         """
-        names = tuple(stated_fields(cls))
-        require_known(values, names, where)
-        hints = get_type_hints(cls)
-        fields = {name: converted(value, hints[name], f"{where}: {name}") for name, value in values.items()}
-        try:
-            return cls(**fields)
-        except SettingsError as error:
-            raise SettingsError(f"{where}: {error}") from error
-
-
-def stated_fields(cls: type[TrainSettings]) -> Mapping[str, Stated]:
-    """Field → what it says of its setting, in order."""
-    return {one.name: one.metadata[_KEY] for one in dataclasses.fields(cls)}
-
-
-def _require_range(name: str, value: object, stated: Stated) -> None:
-    numbers = value if isinstance(value, Sequence) and not isinstance(value, str) else (value,)
-    for number in numbers:
-        if not isinstance(number, int | float):
-            continue
-        if stated.low is not None and not number >= stated.low:
-            raise SettingsError(f"{name}: {number} is below {stated.low:g}")
-        if stated.high is not None and not number <= stated.high:
-            raise SettingsError(f"{name}: {number} is above {stated.high:g}")
+        return built(cls, values, where)

@@ -1,1 +1,1 @@
-"""What predictions are worth: arrays in, numbers out."""
+"""Scores of predictions: arrays in, numbers out."""

@@ -16,7 +16,7 @@ _KNOTS = (-2.0, -1.0, 0.0, float(DESTINATION))
 
 
 def constant_velocity(past: FloatArray, destination: FloatArray) -> FloatArray:
-    """The last displacement goes on.
+    """The last displacement, repeated.
 
     Args:
         past: (N, 6, 2) positions at steps −6 … −1, metres, level frame; at 0 the ego is at (0, 0).

@@ -28,7 +28,7 @@ READINGS = ("at", "mean")
 
 
 def own_values(plans: Plans, truth: FloatArray) -> FloatArray:
-    """What plans are worth by the truth, point by point.
+    """Errors of plans against the truth, point by point.
 
     Args:
         plans: of N sequences.

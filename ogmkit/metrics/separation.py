@@ -18,12 +18,9 @@ import cv2
 import numpy as np
 import shapely
 
-from ogmkit.geometry.boxes import ground_corners
 from ogmkit.grid import GridSpec
 from ogmkit.metrics.iou import VEHICLES
 from ogmkit.raster.fill import fill_polygons
-from ogmkit.raster.vehicles import select
-from ogmkit.shards.reader import Shard
 from ogmkit.typing import BoolArray, FloatArray, IntArray, UInt8Array
 
 MAX_DISTANCE_M = 10.0
@@ -49,26 +46,6 @@ class Neighbours:
 
     seen: tuple[IntArray, ...]
     pairs: IntArray
-
-
-def vehicle_faces(shard: Shard, camera: str, index: int, seen_from: int | None = None) -> FloatArray:
-    """Ground faces of the vehicles that a frame's raster shows.
-
-    Args:
-        shard: an open shard.
-        camera: channel.
-        index: the frame.
-        seen_from: the frame in whose level frame corners are given; None for the same one.
-
-    Returns:
-        (M, 4, 2) corners x, y in metres.
-    """
-    targets = shard.settings.targets
-    boxes = select(shard.boxes(camera, index), targets.categories, targets.min_visibility)
-    own = index if seen_from is None else seen_from
-    level_from_global = shard.dataset(camera, "level_from_global")[own]
-    corners: FloatArray = ground_corners(level_from_global @ boxes.global_from_box, boxes.size_wlh)[..., :2]
-    return corners
 
 
 def neighbours(

@@ -104,7 +104,7 @@ def _load(tables: Tables) -> Iterator[Finding]:
 
 def _scene_findings(tables: Tables) -> Iterator[Finding]:
     if not tables.rows("SELECT 1 FROM scene WHERE name IS NOT NULL LIMIT 1"):
-        title, remedy = "there is no scene", "extract the metadata archive again"
+        title, remedy = "the dataset has no scene", "extract the metadata archive again"
         yield Finding("R102", "error", title, remedy, 1, ("scene.json: no record has a name",))
 
 

@@ -32,7 +32,7 @@ class Dataset:
         memory_limit: DuckDB's cap, such as `1GB`; it spills to a temporary folder beyond.
 
     Raises:
-        TableError: the root or a table is absent, or a table is no JSON array of records.
+        TableError: the root or a table is absent, or a table is not JSON array of records.
         SettingsError: the version is absent, or several are there and none was asked for.
     """
 

@@ -37,7 +37,7 @@ def rules(*, complete: bool) -> tuple[Rule, ...]:
         Rule("R201", "value missing or of the wrong type", _EXTRACT, rules_schema.missing_values(complete)),
         Rule("R202", "token not unique", _EXTRACT, rules_schema.duplicate_tokens(complete)),
         Rule("R203", "token refers to no record", _EXTRACT, rules_schema.dangling_references(complete)),
-        Rule("R301", "rotation is no unit quaternion", _CORRECT, rules_values.QUATERNIONS),
+        Rule("R301", "rotation is not a unit quaternion", _CORRECT, rules_values.QUATERNIONS),
         Rule("R302", "translation is not finite or beyond all maps", _CORRECT, rules_values.TRANSLATIONS),
         Rule("R303", "box size is not positive or immense", _CORRECT, rules_values.BOX_SIZES),
         Rule("R304", "visibility is unknown to nuScenes", _CORRECT, rules_values.VISIBILITIES),
@@ -48,7 +48,7 @@ def rules(*, complete: bool) -> tuple[Rule, ...]:
         Rule("R402", "key frame lacks a sensor or has it twice", _CORRECT, rules_links.SENSORS),
         Rule("R403", "time runs backwards", _CORRECT, rules_links.TIMES),
         Rule("R501", "file name leaves the dataset", _CORRECT, rules_values.FILE_NAMES),
-        Rule("R502", "scene name is no file name of its own", _CORRECT, rules_values.SCENE_NAMES),
+        Rule("R502", "scene name is not a unique, valid file name", _CORRECT, rules_values.SCENE_NAMES),
         Rule("R503", "scene has no map of its own", _CORRECT, rules_values.MAPS),
     )
     if not complete:

@@ -6,8 +6,8 @@ from ogmkit.nuscenes.uses import placed, unused, used
 def _broken_links(table: str, *, same: str) -> str:
     """Rows whose `next` or `prev` doesn't lead to a row of the same scene or object that leads back."""
     return " UNION ALL ".join(
-        f"SELECT t.rowid AS row, t.token AS record, '{there} ''' || t.{there} || ''' is no neighbour whose "
-        f"{back} leads back' AS detail FROM {table} t LEFT JOIN {table} n ON n.token = t.{there} "
+        f"SELECT t.rowid AS row, t.token AS record, '{there} ''' || t.{there} || ''' is not a neighbour "
+        f"whose {back} leads back' AS detail FROM {table} t LEFT JOIN {table} n ON n.token = t.{there} "
         f"WHERE t.{there} <> '' AND (n.{back} = t.token AND n.{same} = t.{same}) IS NOT TRUE"
         for there, back in (("next", "prev"), ("prev", "next"))
     )

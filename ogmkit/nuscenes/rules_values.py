@@ -34,7 +34,7 @@ QUATERNIONS = tuple(
         "rotation",
         "abs(sqrt(rotation[1] ** 2 + rotation[2] ** 2 + rotation[3] ** 2 + rotation[4] ** 2) - 1) "
         f"<= {_UNIT_TOLERANCE}",
-        "is no unit quaternion",
+        "is not a unit quaternion",
     )
     for table in _POSED
 )
@@ -64,7 +64,7 @@ VISIBILITIES = (
     ),
 )
 TIMESTAMPS = tuple(
-    _unsound(table, "timestamp", "timestamp > 0", "is no positive number of microseconds")
+    _unsound(table, "timestamp", "timestamp > 0", "is not a positive number of microseconds")
     for table in ("sample", "sample_data")
 )
 
@@ -85,7 +85,7 @@ INTRINSICS = (
         "'camera_intrinsic ' || t.camera_intrinsic::VARCHAR",
         f"len(t.camera_intrinsic) = 3 AND {_ROWS_OF_THREE} AND abs({_DETERMINANT}) > 1e-9 "
         f"AND isfinite({_DETERMINANT}) AND {_k(3, 1)} = 0 AND {_k(3, 2)} = 0 AND {_k(3, 3)} = 1",
-        "is no invertible 3×3 matrix with last row 0, 0, 1",
+        "is not an invertible 3×3 matrix with last row 0, 0, 1",
     ),
 )
 IMAGE_SIZES = (
@@ -99,7 +99,10 @@ IMAGE_SIZES = (
 )
 FILE_NAMES = tuple(
     _unsound(
-        table, "filename", f"NOT regexp_matches(filename, '{UNSAFE_PATH}')", "is no path inside the dataset"
+        table,
+        "filename",
+        f"NOT regexp_matches(filename, '{UNSAFE_PATH}')",
+        "is not a path inside the dataset",
     )
     for table in ("sample_data", "map")
 )

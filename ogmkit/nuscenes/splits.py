@@ -56,13 +56,13 @@ def read_split_file(path: Path) -> dict[str, tuple[str, ...]]:
         raise TableError(f"{path}: split file can't be read ({error.strerror}); check the path") from error
     except (ValueError, RecursionError) as error:
         raise TableError(
-            f"{path}: split file is no JSON ({error}); give an object of split → scenes"
+            f"{path}: split file is not JSON ({error}); give an object of split → scenes"
         ) from error
     if not isinstance(content, dict):
         raise TableError(f"{path}: split file holds no object of split → list of scene names; correct it")
     for split, scenes in content.items():
         if not isinstance(scenes, list) or not all(isinstance(scene, str) for scene in scenes):
-            raise TableError(f"{path}: split {split!r} is no list of scene names; correct it")
+            raise TableError(f"{path}: split {split!r} is not a list of scene names; correct it")
         if len(set(scenes)) != len(scenes):
             raise TableError(f"{path}: split {split!r} names a scene twice; correct it")
     return {split: tuple(scenes) for split, scenes in content.items()}

@@ -50,7 +50,7 @@ def find_version(root: Path, version: str | None) -> str:
 
     Raises:
         SettingsError: the version asked for is absent, or several are there and none was asked for.
-        TableError: the root is no folder, or holds no version folder.
+        TableError: the root is not a folder, or holds no version folder.
     """
     if not root.is_dir():
         raise TableError(f"{root}: no such folder; give the dataset's root, which holds v1.0-… and samples/")

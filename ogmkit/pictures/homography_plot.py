@@ -1,4 +1,4 @@
-"""What homography methods are worth: errors of left-out boxes by range, as a picture."""
+"""Errors of homography methods on left-out boxes by range, as a picture."""
 
 import math
 from bisect import bisect_right

@@ -9,14 +9,13 @@ import numpy as np
 from ogmkit.errors import ShardError
 from ogmkit.footprints.warp import warp_to_bev
 from ogmkit.geometry.camera import image_from_resized
+from ogmkit.homography.sources import SURFACE
 from ogmkit.shards import schema
 from ogmkit.shards.additions import added_values
 from ogmkit.shards.crosschecks_added import origin_problem
 from ogmkit.shards.reader import REMEDY, Shard
 from ogmkit.shards.remedies import footprints_command, homography_command
 from ogmkit.typing import FloatArray, UInt8Array
-
-DEFAULT_SET = "surface"
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +120,7 @@ def open_sets(shard: Shard, camera: str, names: Sequence[str]) -> tuple[MaskSet,
             command that makes it.
     """
     found = [_values(shard, camera, name) for name in names]
-    homography = found[-1]["homography"] or DEFAULT_SET
+    homography = found[-1]["homography"] or SURFACE
     known = shard.added(camera, schema.HOMOGRAPHY.name)
     if homography not in known:
         raise ShardError(

@@ -7,8 +7,9 @@ from ogmkit.base.atomic import output_errors, require_outside
 from ogmkit.base.names import matching
 from ogmkit.errors import SettingsError, ShardError
 from ogmkit.pictures.bev_panel import plan_for
-from ogmkit.pictures.masks import DEFAULT_SET, MaskSet, open_sets
+from ogmkit.pictures.masks import MaskSet, open_sets
 from ogmkit.pictures.png import write_png
+from ogmkit.pictures.settings import PreviewSettings, View
 from ogmkit.pictures.sheet import Heading, draw_sheet
 from ogmkit.pictures.subjects import PLANE_SIZE, SUBJECTS
 from ogmkit.pictures.views import evenly, read_view
@@ -16,19 +17,16 @@ from ogmkit.shards.manifest import Manifest, ShardEntry, read_manifest
 from ogmkit.shards.reader import REMEDY, Shard
 from ogmkit.typing import UInt8Array
 
-MAX_FRAMES = 60
-"""Frames of one sheet: about 300 MB of pixels."""
+DEFAULT = PreviewSettings()
 
 
 def preview(
     out: Path,
     pictures: Path | None = None,
+    settings: PreviewSettings = DEFAULT,
     *,
-    subjects: Sequence[str] = ("targets",),
-    mask_set: str = DEFAULT_SET,
     scenes: Sequence[str] = (),
     cameras: Sequence[str] = (),
-    frames: int = 6,
     dataroot: Path | None = None,
     on_progress: Callable[[int, int], None] | None = None,
 ) -> tuple[Path, ...]:
@@ -38,11 +36,9 @@ def preview(
         out: a folder that `ogmkit extract` finished.
         pictures: where the PNGs go; None = beside `out`, its name with `-preview`. Sheets of an earlier run
             are replaced.
-        subjects: what to draw, names of `ogmkit.pictures.subjects.SUBJECTS`; a sheet each.
-        mask_set: which set of camera-view masks to draw, for subjects that show one.
+        settings: what sheets show.
         scenes: names, or patterns such as `scene-00*`; empty = all.
         cameras: channels; empty = all.
-        frames: how many frames a sheet shows, evenly spread over the scene.
         dataroot: where to find images that the shards only refer to; None draws an empty panel instead.
         on_progress: called with (done, total) sheets.
 
@@ -50,24 +46,24 @@ def preview(
         The files written.
 
     Raises:
-        SettingsError: an unknown subject, scene or camera, or a number of frames out of range.
+        SettingsError: an unknown scene or camera, or a set of masks that a view would draw twice.
         ShardError: the manifest, a shard or a set of masks is absent, damaged or of another version.
         DataFileError: an image is absent or damaged.
         OutputError: `pictures` lies inside `out` or can't be written.
     """
-    _check(subjects, mask_set, frames)
+    _require_distinct(settings)
     folder = out.resolve()
     target = folder.with_name(f"{folder.name}-preview") if pictures is None else pictures
     require_outside(target, out)
     chosen = _chosen(read_manifest(out), out, scenes, cameras)
     with output_errors(target):
         target.mkdir(parents=True, exist_ok=True)
-    sheets = [(*one, subject) for one in chosen for subject in dict.fromkeys(subjects)]
+    sheets = [(*one, view) for one in chosen for view in dict.fromkeys(settings.views)]
     written = []
-    for entry, camera, subject in sheets:
-        path = target / f"{Path(entry.file).stem}_{camera}{_ending(subject, mask_set)}.png"
+    for entry, camera, view in sheets:
+        path = target / f"{Path(entry.file).stem}_{camera}{_ending(view, settings.masks)}.png"
         with Shard(out / entry.file) as shard:
-            write_png(path, draw_shard(shard, camera, subject, frames, mask_set, dataroot))
+            write_png(path, draw_shard(shard, camera, view, settings, dataroot))
         written.append(path)
         if on_progress is not None:
             on_progress(len(written), len(sheets))
@@ -77,17 +73,16 @@ def preview(
 def draw_shard(
     shard: Shard,
     camera: str,
-    subject: str = "targets",
-    frames: int = 6,
-    mask_set: str = DEFAULT_SET,
+    view: View = "targets",
+    settings: PreviewSettings = DEFAULT,
     dataroot: Path | None = None,
 ) -> UInt8Array:
-    """Draw one camera's contact sheet: (h, w, 3) uint8 RGB; arguments and errors as for `preview`."""
+    """Draw a camera's contact sheet of a view: (h, w, 3) uint8 RGB; arguments and errors as for `preview`."""
     if camera not in shard.cameras:
         raise ShardError(f"{shard.path}: lacks camera {camera}, which the manifest names; {REMEDY}")
-    kind, names = SUBJECTS[subject], SUBJECTS[subject].sets(mask_set)
+    kind, names = SUBJECTS[view], SUBJECTS[view].sets(settings.masks)
     count = shard.frames(camera)
-    indices = evenly(frames, count)
+    indices = evenly(settings.frames, count)
     if not indices:
         raise ShardError(f"{shard.path}: camera {camera} has no frame; {REMEDY}")
     try:
@@ -117,14 +112,10 @@ def _note(shard: Shard, count: int, sets: Sequence[MaskSet]) -> str:
     return " · ".join(parts)
 
 
-def _check(subjects: Sequence[str], mask_set: str, frames: int) -> None:
-    for name in subjects:
-        if name not in SUBJECTS:
-            raise SettingsError(f"view {name!r} is unknown: choose from {', '.join(SUBJECTS)}")
-        if SUBJECTS[name].sets(mask_set).count(mask_set) > 1:
-            raise SettingsError(f"view {name}: set {mask_set!r} would be drawn twice; choose another")
-    if not 1 <= frames <= MAX_FRAMES:
-        raise SettingsError(f"frames: {frames} is not between 1 and {MAX_FRAMES}")
+def _require_distinct(settings: PreviewSettings) -> None:
+    for view in settings.views:
+        if SUBJECTS[view].sets(settings.masks).count(settings.masks) > 1:
+            raise SettingsError(f"view {view}: set {settings.masks!r} would be drawn twice; choose another")
 
 
 def _ending(subject: str, mask_set: str) -> str:

@@ -71,7 +71,7 @@ def amend(
 ) -> tuple[Amended[Report], ...]:
     """Add groups to all shards of a folder, then bring its manifest up to date.
 
-    All shards are looked at before the first is changed. Groups that are there with the same attributes stay.
+    All shards are looked at before the first is changed. Existing groups with the same attributes stay.
     Killed at any moment, the same call again finishes the work.
 
     Args:
@@ -85,9 +85,9 @@ def amend(
         One result a shard, in the manifest's order.
 
     Raises:
-        ShardError: the folder is no finished extraction, or a shard is absent, damaged or changed.
+        ShardError: the folder is not a finished extraction, or a shard is absent, damaged or changed.
         SettingsError: there is no such camera, or the amendment can't be made.
-        OutputError: groups with other settings are there, another command writes or was cut short here, or
+        OutputError: groups with other settings exist, another command writes or was cut short here, or
             the disk refuses.
         OgmkitError: a worker process died.
     """

@@ -33,7 +33,7 @@ class Amendment(Protocol[Report_co]):
         """What the groups are: one of `schema.ADDED`."""
 
     def groups(self, shard: Shard, camera: str) -> Groups:
-        """The groups that the camera shall have; those that are there with the same attributes are kept.
+        """The groups that the camera shall have; existing ones with the same attributes are kept.
 
         Asked of all shards before the first one is changed.
 
@@ -103,10 +103,10 @@ def pending_groups(
         shard: the shard.
         amendment: what is added.
         cameras: channels.
-        overwrite: also make those that are there.
+        overwrite: also rebuild existing ones.
 
     Raises:
-        OutputError: one is there with other attributes, and `overwrite` is false.
+        OutputError: one exists with other attributes, and `overwrite` is false.
         ShardError, SettingsError: as `Amendment.groups`.
     """
     pending: dict[str, Groups] = {}
@@ -120,7 +120,7 @@ def pending_groups(
             different = differences(_as_stored(values), there)
             if different:
                 raise OutputError(
-                    f"{shard.path}: {camera}/{amendment.kind.name}/{name} is there with other settings: "
+                    f"{shard.path}: {camera}/{amendment.kind.name}/{name} exists with other settings: "
                     f"{', '.join(different)}; use --overwrite"
                 )
         if missing:

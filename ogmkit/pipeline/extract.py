@@ -97,8 +97,9 @@ def extract(
 ) -> ExtractSummary:
     """Write a shard for each scene, then the manifest.
 
-    Shards that are there, whole and of the same settings stay. A scene that fails doesn't stop the others.
-    Killed at any moment, the folder holds whole shards only, and the same call again finishes the work.
+    Existing shards that are complete and have the same settings stay. A scene that fails doesn't stop the
+    others. Killed at any moment, the folder holds whole shards only, and the same call again finishes the
+    work.
 
     Args:
         dataset: a `Dataset`, or a `RecordDataset` of scenes made in Python.
@@ -107,7 +108,7 @@ def extract(
         scenes: names of the scenes.
         splits: split name → scene names, for the manifest.
         execution: worker processes, progress, and whether to rebuild what exists.
-        strict: raise the first scene's failure instead of going on.
+        strict: raise the first scene's failure instead of continuing.
         cache_dir: folder of decoded map masks; the platform's cache folder by default.
 
     Raises:

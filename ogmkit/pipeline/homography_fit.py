@@ -113,8 +113,8 @@ def fit_shards(
 ) -> HomographySummary:
     """Fit homographies to every frame of a folder's shards and store them there.
 
-    A method that has no answer for a frame is no error: the frame is marked invalid, with the reason. Shards
-    that have the homographies with the same settings stay. Killed at any moment, the same call again
+    A method that has no answer for a frame is not an error: the frame is marked invalid, with the reason.
+    Shards that have the homographies with the same settings stay. Killed at any moment, the same call again
     finishes the work.
 
     Args:

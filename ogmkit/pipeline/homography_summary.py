@@ -1,4 +1,4 @@
-"""What a method's homographies are worth, over any number of frames."""
+"""Errors of a method's homographies, over any number of frames."""
 
 from collections import Counter
 from collections.abc import Sequence

@@ -34,7 +34,7 @@ class Request:
         settings: of all its shards.
         dataset_version: the source's tables.
         scenes: chosen ones.
-        overwrite: whether shards that are there are made anew.
+        overwrite: whether existing shards are rebuilt.
     """
 
     out: Path
@@ -158,7 +158,7 @@ def require_no_other_run(out: Path, command: str) -> bool:
 
     Args:
         out: a folder of shards.
-        command: the one that is about to run; it may go on where it was cut short itself.
+        command: the one that is about to run; it may resume where it was cut short itself.
 
     Returns:
         Whether nothing was cut short, so that the manifest knows the shards.
@@ -203,7 +203,7 @@ def _declared(out: Path, names: set[str], manifest: Manifest | None) -> dict[str
 
 
 def _shard_configuration(path: Path) -> dict[str, Any] | None:
-    """A shard's configuration; None where the file is no readable shard."""
+    """A shard's configuration; None where the file is not a readable shard."""
     if path.suffix != ".h5":
         return None
     try:

@@ -19,7 +19,7 @@ class ScenePlan:
 
     Attributes:
         scene: the scene's name.
-        action: `keep` its shard, `write` one, `replace` the one that is there, or `fail`.
+        action: `keep` its shard, `write` one, `replace` the existing one, or `fail`.
         frames: over all cameras; 0 where its tables are unsound.
         error: what is wrong with its tables; files are not looked at.
     """

@@ -128,7 +128,7 @@ def render_footprints(
         execution: worker processes, progress, and whether to rebuild what exists.
 
     Raises:
-        SettingsError: the homography or camera is unknown, or the name or scale is out of the question.
+        SettingsError: the homography or camera is unknown, or the name or scale is not allowed.
         ShardError, OutputError, OgmkitError: as `ogmkit.pipeline.amend.amend`.
     """
     started = time.monotonic()

@@ -26,13 +26,13 @@ def coarse_grid(grid: GridSpec, cell_m: float) -> tuple[GridSpec, int]:
         The own grid, and how many fine cells make one of its cells' sides.
 
     Raises:
-        SettingsError: the cell is no whole number of the grid's, or rows or columns don't divide by it.
+        SettingsError: the cell is not a whole number of the grid's, or rows or columns don't divide by it.
     """
     quotient = cell_m / grid.m_per_cell
     factor = round(quotient) if np.isfinite(quotient) else 0
     if factor < 1 or abs(quotient - factor) > _WHOLE * factor:
         raise SettingsError(
-            f"BEV cell: {cell_m:g} m is no whole number of the shards' cells of {grid.m_per_cell:g} m"
+            f"BEV cell: {cell_m:g} m is not a whole number of the shards' cells of {grid.m_per_cell:g} m"
         )
     if grid.rows % factor or grid.columns % factor:
         raise SettingsError(

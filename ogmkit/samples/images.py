@@ -67,7 +67,7 @@ def _require_whole(jpeg: UInt8Array, source_size: tuple[int, int], place: str) -
         found = jpeg_size(jpeg.tobytes())
     except ValueError as error:
         raise DataFileError(
-            f"{place}: image is no whole JPEG ({error}); restore the dataset, then `ogmkit extract`"
+            f"{place}: image is not a whole JPEG ({error}); restore the dataset, then `ogmkit extract`"
         ) from error
     if found != source_size:
         (height, width), (rows, columns) = found, source_size

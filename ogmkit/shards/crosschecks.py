@@ -43,7 +43,7 @@ def _order(shard: Shard, camera: str) -> Iterator[str]:
 
 def _poses(shard: Shard, camera: str) -> Iterator[str]:
     for name in ("ego_from_camera", "global_from_ego", "level_from_global"):
-        yield from first_wrong(f"{name} is no rigid transform in", ~_rigid(shard.dataset(camera, name)[:]))
+        yield from first_wrong(f"{name} is not a rigid transform in", ~_rigid(shard.dataset(camera, name)[:]))
     expected = level_from_global(shard.dataset(camera, "global_from_ego")[:])
     found = shard.dataset(camera, "level_from_global")[:]
     wrong = ~np.isclose(found, expected, rtol=1e-9, atol=_POSE_TOLERANCE).all(axis=(1, 2))
@@ -78,7 +78,7 @@ def _boxes(shard: Shard, camera: str) -> Iterator[str]:
     if len(set(shard.strings(camera, "boxes/annotation_token"))) != count:
         yield "boxes/annotation_token has duplicates"
     rigid = _rigid(shard.dataset(camera, "boxes/global_from_box")[:])
-    yield from first_wrong("boxes/global_from_box is no rigid transform in", ~rigid, "box")
+    yield from first_wrong("boxes/global_from_box is not a rigid transform in", ~rigid, "box")
     positive = (shard.dataset(camera, "boxes/size_wlh")[:] > 0).all(axis=1)
     yield from first_wrong("boxes/size_wlh is not positive in", ~positive, "box")
     yield from first_wrong(
@@ -131,7 +131,7 @@ def _images(shard: Shard, camera: str) -> Iterator[str]:
             if image is not None and jpeg_size(image.tobytes()) != tuple(size):
                 yield f"image contradicts image_size in frame {frame}"
         except ValueError as error:
-            yield f"image is no whole JPEG in frame {frame} ({error})"
+            yield f"image is not a whole JPEG in frame {frame} ({error})"
 
 
 def _lidar(shard: Shard, camera: str) -> Iterator[str]:

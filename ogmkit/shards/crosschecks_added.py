@@ -84,7 +84,7 @@ def _footprints(shard: Shard, camera: str, name: str) -> Iterator[str]:
 def origin_problem(shard: Shard, camera: str, name: str) -> str:
     """Say why a set of footprints doesn't go with the homographies that are there now; empty if it does.
 
-    Homographies may be fitted anew, with other settings, after a set was warped by them.
+    Homographies may be fitted again, with other settings, after a set was warped by them.
 
     Raises:
         ShardError: the settings of either are no JSON.

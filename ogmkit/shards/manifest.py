@@ -105,7 +105,7 @@ def read_manifest(out: Path) -> Manifest:
     content = read_json(path)
     if content.get("format") != FORMAT or content.get("format_version") != FORMAT_VERSION:
         raise ShardError(
-            f"{path}: is no {FORMAT} of version {FORMAT_VERSION}; choose a folder that `ogmkit extract` wrote"
+            f"{path}: not a {FORMAT} of version {FORMAT_VERSION}; choose a folder that `ogmkit extract` wrote"
         )
     try:
         return Manifest(
@@ -171,5 +171,5 @@ def _entry(values: dict[str, Any]) -> ShardEntry:
 
 def _text(value: object) -> str:
     if not isinstance(value, str):
-        raise ValueError(f"{value!r} is no text")
+        raise ValueError(f"{value!r} is not text")
     return value

@@ -49,7 +49,7 @@ class Shard:
         except OSError as error:
             if not path.exists():
                 raise ShardError(f"{path}: is absent; {AGAIN}") from error
-            raise ShardError(f"{path}: is no HDF5 file or cut short; if it is a shard, {REMEDY}") from error
+            raise ShardError(f"{path}: not an HDF5 file, or cut short; if it is a shard, {REMEDY}") from error
         try:
             self._check_format()
         except BaseException:

@@ -4,11 +4,12 @@ import dataclasses
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal, Self, get_args
+from typing import Any, Literal, Self
 
+from ogmkit.base.stated import require_stated, setting
 from ogmkit.errors import SettingsError
 from ogmkit.grid import GridSpec
-from ogmkit.targets import TargetSettings
+from ogmkit.target_settings import TargetSettings
 
 Compression = Literal["gzip", "lzf", "none"]
 """Of the rasters and LiDAR points. All are part of plain HDF5 but `lzf`, which h5py brings."""
@@ -20,23 +21,21 @@ class ExtractSettings:
 
     Attributes:
         targets: what targets to make.
-        cameras: channels, each a group of the shard.
-        compression: of rasters and points.
 
     Raises:
         SettingsError: no camera, one named twice, or an unknown compression.
     """
 
     targets: TargetSettings = field(default_factory=TargetSettings)
-    cameras: tuple[str, ...] = ("CAM_FRONT",)
-    compression: Compression = "gzip"
+    cameras: tuple[str, ...] = setting(
+        ("CAM_FRONT",), "Camera channel, such as CAM_FRONT.", form="CHANNEL,…", flag="--camera"
+    )
+    compression: Compression = setting("gzip", "Of rasters and points; lzf needs h5py to be read.")
 
     def __post_init__(self) -> None:
+        require_stated(self)
         if not self.cameras or len(set(self.cameras)) != len(self.cameras):
             raise SettingsError(f"cameras: {', '.join(self.cameras) or 'none'}: name at least one, each once")
-        if self.compression not in get_args(Compression):
-            known = ", ".join(get_args(Compression))
-            raise SettingsError(f"compression: {self.compression!r} is not one of {known}")
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON values: targets' settings, cameras and compression side by side."""

@@ -30,7 +30,7 @@ def structure_problems(shard: Shard) -> Iterator[str]:
             yield from _attribute_problems(group, schema.CAMERA_ATTRIBUTES)
             yield from _camera_problems(shard, group)
         else:
-            yield f"/{camera} is no group"
+            yield f"/{camera} is not a group"
 
 
 def sizes(shard: Shard, group: h5py.Group) -> dict[str, int]:

@@ -44,7 +44,7 @@ def summarise(path: Path, *, sha256: str | None = None) -> ShardSummary:
         sha256: its checksum, where that is known; otherwise the file is read for it.
 
     Raises:
-        ShardError: the file is no whole shard.
+        ShardError: the file is not a whole shard.
     """
     with Shard(path) as shard:
         cameras = [(shard.frames(camera), shard.h5[camera].attrs) for camera in shard.cameras]

@@ -48,7 +48,7 @@ def verify_folder(out: Path, *, on_progress: Callable[[int, int], None] | None =
         All problems found; none means that the folder is sound.
 
     Raises:
-        ShardError: `out` is no folder, or holds no shards at all.
+        ShardError: `out` is not a folder, or holds no shards at all.
     """
     try:
         present = {path.name for path in out.iterdir()}

@@ -20,7 +20,8 @@ from ogmkit.shards.columns import column
 from ogmkit.shards.layout import attribute_values, create_dataset, store_dataset
 from ogmkit.shards.settings import Compression, ExtractSettings
 from ogmkit.shards.sink import ShardFile, create
-from ogmkit.targets import FrameTargets, TargetSettings, build_targets
+from ogmkit.target_settings import TargetSettings
+from ogmkit.targets import FrameTargets, build_targets
 from ogmkit.trajectories import Trajectory
 
 

@@ -1,7 +1,6 @@
 """`synthesize`: a whole nuScenes dataset out of nothing, from settings and a seed."""
 
 import json
-import re
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,84 +8,18 @@ from pathlib import Path
 
 import numpy as np
 
-from ogmkit.errors import OutputError, SettingsError
+from ogmkit.errors import OutputError
 from ogmkit.synthetic.layout import Layout, Location, build_layout
 from ogmkit.synthetic.mapfiles import write_expansion
 from ogmkit.synthetic.mask import write_mask
 from ogmkit.synthetic.plan import LogPlan, ScenePlan, plan_scenes, split_scenes
 from ogmkit.synthetic.recording import Recorder, RecordingSettings, count_files
-from ogmkit.synthetic.rig import CAMERA_MOUNTS
-from ogmkit.synthetic.sensors import LIDAR, Sensor, mounted_sensors
+from ogmkit.synthetic.sensors import Sensor, mounted_sensors
+from ogmkit.synthetic.settings import SynthesisSettings
 from ogmkit.synthetic.stage import build_stage
 from ogmkit.synthetic.tables import Tables, add_log, add_map, add_vocabulary
 
 _LONGEST_STEP_S = 0.6
-_MAX_SCENES = 9999  # names have four digits
-_MAX_FRAMES = 2000
-_MAX_SIDE_PX = 8192
-_MAX_RELIEF_M = 10.0
-_MAX_AZIMUTHS = 8192
-
-
-@dataclass(frozen=True)
-class SynthesisSettings:
-    """What dataset to make.
-
-    Attributes:
-        scenes: how many, spread over four locations.
-        frames: key frames a scene.
-        seed: everything random comes from it.
-        version: name of the tables' folder, beginning with `v`.
-        cameras: channels, as nuScenes names them.
-        image_size: height and width of the images in pixels.
-        lidar: whether LiDAR sweeps are made; without, `num_lidar_pts` is 0 everywhere.
-        sweeps: also images and sweeps between the key frames.
-        relief_m: about how much the ground's height varies, metres; 0 for a flat world.
-        lidar_azimuths: LiDAR rays of a ring.
-        incidents: vehicles stand in the ego's lanes, which it and others pass by swerving, and the driver
-            ahead of it brakes suddenly now and then.
-
-    Raises:
-        SettingsError: a setting is out of range or unknown.
-    """
-
-    scenes: int = 4
-    frames: int = 20
-    seed: int = 0
-    version: str = "v1.0-mini"
-    cameras: tuple[str, ...] = tuple(CAMERA_MOUNTS)
-    image_size: tuple[int, int] = (450, 800)
-    lidar: bool = True
-    sweeps: bool = False
-    relief_m: float = 0.0
-    lidar_azimuths: int = 1090
-    incidents: bool = False
-
-    def __post_init__(self) -> None:
-        for name, value, low, high in (
-            ("scenes", self.scenes, 1, _MAX_SCENES),
-            ("frames", self.frames, 1, _MAX_FRAMES),
-            ("seed", self.seed, 0, 2**63 - 1),
-            ("image height", self.image_size[0], 16, _MAX_SIDE_PX),
-            ("image width", self.image_size[1], 16, _MAX_SIDE_PX),
-            ("relief", self.relief_m, 0, _MAX_RELIEF_M),
-            ("LiDAR azimuths", self.lidar_azimuths, 1, _MAX_AZIMUTHS),
-        ):
-            if not low <= value <= high:
-                raise SettingsError(f"synthesize: {name} {value} is not between {low} and {high}")
-        if re.fullmatch(r"v1\.0-[A-Za-z0-9_-]+", self.version) is None:
-            raise SettingsError(f"synthesize: version {self.version!r} is no folder name such as v1.0-mini")
-        unknown = [camera for camera in self.cameras if camera not in CAMERA_MOUNTS]
-        if unknown or not self.cameras or len(set(self.cameras)) < len(self.cameras):
-            raise SettingsError(
-                f"synthesize: cameras {', '.join(self.cameras) or '(none)'} are not some of "
-                f"{', '.join(CAMERA_MOUNTS)}, each once"
-            )
-
-    @property
-    def channels(self) -> tuple[str, ...]:
-        """Cameras, then the LiDAR."""
-        return self.cameras + ((LIDAR,) if self.lidar else ())
 
 
 @dataclass(frozen=True)

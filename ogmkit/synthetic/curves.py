@@ -48,7 +48,7 @@ class Path:
         return curvature
 
     def at(self, distance_m: FloatArray | float) -> FloatArray:
-        """Points (..., 2) at (...) distances; beyond the ends the path goes on straight."""
+        """Points (..., 2) at (...) distances; beyond the ends the path continues straight."""
         s = np.asarray(distance_m, dtype=np.float64)
         inside = np.clip(s, 0.0, self.length)
         on_path = np.stack([np.interp(inside, self.distances, self.points[:, axis]) for axis in (0, 1)], -1)
@@ -93,7 +93,7 @@ class Path:
 
 
 def even_path(points: FloatArray) -> Path:
-    """A path through densely given (N, 2) points, spread anew every `STEP_M`."""
+    """A path through densely given (N, 2) points, resampled every `STEP_M`."""
     rough = Path(points)
     return rough.part(0.0, rough.length)
 

@@ -118,7 +118,7 @@ class Simulation:
         return found
 
     def _to_stop_m(self, number: int, time_s: float) -> float:
-        """Distance to the stop line where the driver must wait; infinite where he may go on."""
+        """Distance to the stop line where the driver must wait; infinite where the driver may continue."""
         state = self._states[number]
         route = state.driver.route
         for position in range(route.index_at(state.front_m), len(route.lanes)):

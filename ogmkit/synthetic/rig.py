@@ -10,6 +10,8 @@ import numpy as np
 from ogmkit.errors import SettingsError
 from ogmkit.typing import FloatArray
 
+LIDAR = "LIDAR_TOP"
+
 NATIVE_SIZE = (900, 1600)
 """Height and width in pixels for which the intrinsics below hold."""
 

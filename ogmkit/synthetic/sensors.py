@@ -7,10 +7,9 @@ import numpy as np
 from pyquaternion import Quaternion
 
 from ogmkit.geometry.se3 import pose_matrix
-from ogmkit.synthetic.rig import CAMERA_MOUNTS, LIDAR_MOUNT, Mount, scaled_intrinsics
+from ogmkit.synthetic.rig import CAMERA_MOUNTS, LIDAR, LIDAR_MOUNT, Mount, scaled_intrinsics
 from ogmkit.typing import FloatArray
 
-LIDAR = "LIDAR_TOP"
 _SHIFT_M = 0.01
 _TILT_RAD = np.radians(0.35)
 

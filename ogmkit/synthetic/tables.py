@@ -6,7 +6,8 @@ from pathlib import Path
 
 from ogmkit.synthetic.catalogue import ATTRIBUTES, CATEGORIES, VISIBILITIES
 from ogmkit.synthetic.plan import LogPlan, token
-from ogmkit.synthetic.sensors import LIDAR, Sensor
+from ogmkit.synthetic.rig import LIDAR
+from ogmkit.synthetic.sensors import Sensor
 
 Row = dict[str, object]
 

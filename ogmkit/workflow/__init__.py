@@ -1,1 +1,1 @@
-"""The whole chain, from a dataset to both tables, as one run that goes on where it was cut short."""
+"""The whole chain, from a dataset to both tables, as one run that resumes where it was cut short."""

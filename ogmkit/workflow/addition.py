@@ -32,7 +32,7 @@ _PLOT = "pictures/homographies.png"
 
 @dataclass(frozen=True)
 class FitHomographies:
-    """Homographies by each method, and a plot of what they are worth."""
+    """Homographies by each method, and a plot of their errors."""
 
     config: Config
 

@@ -28,7 +28,7 @@ class PlannedStep:
 
     Attributes:
         name: the step's.
-        action: skip it, do it for the first time, go on with it, or do it anew.
+        action: skip it, do it for the first time, resume it, or redo it.
         reason: why, in words; empty for one that is skipped.
     """
 
@@ -89,8 +89,8 @@ def run_chain(
 ) -> ChainSummary:
     """Make everything that a configuration asks for, as far as it isn't there.
 
-    Killed at any moment, the same call again goes on; it ends with the tables of a run that nothing
-    disturbed. With another configuration, what depends on a change is done anew, and nothing else.
+    Killed at any moment, the same call again resumes; it ends with the tables of a run that nothing
+    disturbed. With another configuration, what depends on a change is redone, and nothing else.
 
     Args:
         config: what to make.

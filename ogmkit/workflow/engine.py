@@ -80,7 +80,7 @@ def run_steps(
         on_progress: called with (done, in all) of the present step's own units.
 
     Raises:
-        OgmkitError: what a step failed with, its name in front. The same call goes on there.
+        OgmkitError: what a step failed with, its name in front. The same call resumes there.
     """
     ledger = _Ledger(out)
     for number, step in enumerate(steps, 1):

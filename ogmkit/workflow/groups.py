@@ -44,7 +44,7 @@ def settle(shards: Path, command: str) -> None:
     """Bring the manifest of shards up to date where another command on them was cut short.
 
     Each shard is whole, old or new, but its checksum may be another by now; commands but the one that was
-    cut short refuse to go on there.
+    cut short refuse to continue there.
 
     Raises:
         OutputError: another process writes there.

@@ -17,7 +17,7 @@ from ogmkit.homography.sources import preferred_source
 from ogmkit.learn.catalogue import CATALOGUE
 from ogmkit.pipeline.homography_fit import DEFAULT_METHODS
 from ogmkit.shards.settings import ExtractSettings
-from ogmkit.targets import TargetSettings
+from ogmkit.target_settings import TargetSettings
 from ogmkit.workflow.config import Config, MaskSettings, Source
 from ogmkit.workflow.trainings import read_trainings
 

@@ -14,7 +14,7 @@ from ogmkit.workflow.records import Record, fingerprint
 
 Progress = Callable[[int, int], None]
 """Called with (done, in all) of a step's own units."""
-Action = Literal["skip", "start", "go on", "overwrite"]
+Action = Literal["skip", "start", "resume", "overwrite"]
 
 EXTRACT, FIT, PREDICT = "extract", "homography-fit", "predict homography"
 PERCEPTION, PLANNING = "evaluate perception", "evaluate planning"
@@ -41,7 +41,7 @@ class Call:
 
     Attributes:
         overwrite: what is there was made by another configuration, and is to be let go.
-        let_go: to be called once that has happened, if then the same call without `overwrite` could go on
+        let_go: to be called once that has happened, if then the same call without `overwrite` could resume
             where this one is cut short.
         advance: for progress.
     """
@@ -99,7 +99,7 @@ class Step(Protocol):
         """
 
     def run(self, call: Call) -> Made:
-        """Do it, or go on where an earlier call with the same settings was cut short.
+        """Do it, or resume where an earlier call with the same settings was cut short.
 
         Raises:
             OgmkitError: as the library's function for it.
@@ -111,7 +111,7 @@ class Decision:
     """What is to be done with a step.
 
     Attributes:
-        action: skip it, do it for the first time, go on with it, or do it anew.
+        action: skip it, do it for the first time, resume it, or redo it.
         reason: why, in words.
         fingerprint: of the step as it shall be; empty while something that it needs is not made.
     """
@@ -139,10 +139,10 @@ def decide(step: Step, needed: Mapping[str, str | None], record: Record | None) 
     if record.fingerprint != wanted:
         return Decision("overwrite", _change(step, known, record), wanted)
     if record.state != "done":
-        return Decision("go on" if record.state == "started" else "overwrite", "was cut short", wanted)
+        return Decision("resume" if record.state == "started" else "overwrite", "was cut short", wanted)
     gone = step.missing(record.files)
     if gone:
-        return Decision("go on" if step.exact else "overwrite", gone, wanted)
+        return Decision("resume" if step.exact else "overwrite", gone, wanted)
     return Decision("skip", "", wanted)
 
 

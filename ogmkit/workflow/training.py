@@ -70,7 +70,7 @@ class Train:
         return first_gone(self.config.out, files[:1])
 
     def run(self, call: Call) -> Made:
-        """Train, or go on."""
+        """Train, or resume."""
         from ogmkit.learn.runs import checkpoint_file  # noqa: PLC0415  # YAML
         from ogmkit.learn.training.train import train  # noqa: PLC0415  # torch
 

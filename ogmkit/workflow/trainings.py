@@ -7,13 +7,13 @@ from typing import Any
 
 from ogmkit.base.names import unknown
 from ogmkit.base.places import place
+from ogmkit.base.stated import stated_fields
 from ogmkit.base.values import mapping, require_known
 from ogmkit.errors import SettingsError
 from ogmkit.homography.sources import SURFACE, preferred_source
 from ogmkit.learn.catalogue import all_settings, entry_of, require_read, systems_of
 from ogmkit.learn.perception_settings import EncoderTraining
 from ogmkit.learn.planner_settings import HolisticTraining
-from ogmkit.learn.settings import stated_fields
 from ogmkit.shards.additions import require_name
 from ogmkit.workflow.config import ELSEWHERE, FOOTPRINTS, HOMOGRAPHY, Config, Training
 
@@ -85,7 +85,7 @@ class _Reader:
         """
         entries = self.values.get(name) or []
         if not isinstance(entries, list):
-            raise SettingsError(f"{self.path}: {name}: is no list of systems")
+            raise SettingsError(f"{self.path}: {name}: not a list of systems")
         for number, entry in enumerate(entries, 1):
             where = f"{self.path}: {name}: {number}"
             values = {"system": entry} if isinstance(entry, str) else mapping(entry, where)

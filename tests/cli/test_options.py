@@ -4,6 +4,7 @@ import click
 import pytest
 from click.testing import CliRunner
 from ogmkit_cli import options
+from ogmkit_cli.grid_options import grid_options
 
 from ogmkit.grid import GridSpec
 
@@ -50,8 +51,6 @@ def parse():
         ),
         (options.workers_option, ["--workers", "0"], {"workers": 1}),
         (options.splits_option, ["--split", "train"], {"splits": ("train",)}),
-        (options.categories_option, [], {"categories": ("vehicle.",)}),
-        (options.max_gap_option, [], {"max_gap_s": 0.75}),
         (options.workers_option, [], {"workers": 1}),
         (options.cameras_option(), [], {"cameras": ()}),
         (options.cameras_option("CAM_FRONT"), [], {"cameras": ("CAM_FRONT",)}),
@@ -72,8 +71,6 @@ def test_values(parse, option, arguments, expected):
         (options.scenes_option, ["--scenes", "scene-0061,,scene-0103"]),
         (options.scenes_option, ["--scenes", ""]),
         (options.workers_option, ["--workers", "-1"]),
-        (options.max_gap_option, ["--max-gap", "0"]),
-        (options.min_visibility_option, ["--min-visibility", "5"]),
         (options.split_file_option, ["--split-file", "no-such-file.json"]),
     ],
 )
@@ -110,4 +107,4 @@ def test_what_is_not_a_size(text):
     ],
 )
 def test_grid_options_keep_the_ego_where_the_paper_has_it_unless_told(parse, arguments, grid):
-    assert parse(options.grid_options, arguments) == {"grid": grid}
+    assert parse(grid_options, arguments) == {"grid": grid}

@@ -144,7 +144,7 @@ def test_what_breaks_on_the_way_leaves_the_old_file(tmp_path, plan_shards, runs)
     options = [shards, "--checkpoint", runs["holistic"], "--batch-size", "2"]
     result = run(*options, "--out", path)
     assert result.exit_code == 1
-    assert "scene-0002.h5: CAM_FRONT frame 4: image is no whole JPEG" in result.stderr
+    assert "scene-0002.h5: CAM_FRONT frame 4: image is not a whole JPEG" in result.stderr
     assert path.read_text() == "what was there"
     assert not list(tmp_path.glob(".*"))
     assert len(run(*options).stdout.splitlines()) == 4  # those of the first scene, and no end

@@ -92,13 +92,11 @@ def other_settings(out):
     ("spoil", "message"),
     [
         (no_shards, "choose a folder that `ogmkit extract` finished"),
-        (foreign, "is no HDF5 file or cut short"),
+        (foreign, "not an HDF5 file, or cut short"),
         (other_settings, "scale is 4.0 here but 2.0 there; use --overwrite"),
         (lambda out: ["--homography", "dlt"], "unknown homography 'dlt'; there are: robust, surface"),
         (lambda out: ["--homography", "robust", "--method", "full-body"], "choose surface or calibration"),
-        (lambda out: ["--scale", "0"], "scale: 0 is not a positive number"),
-        (lambda out: ["--scale", "-1"], "scale: -1 is not a positive number"),
-        (lambda out: ["--scale", "nan"], "scale: nan is not a positive number"),
+        (lambda out: ["--scale", "nan"], "scale: nan is not above 0"),
         (lambda out: ["--scale", "1000"], "leaves nothing of 90 × 160 pixels"),
         (lambda out: ["--masks", ""], "use letters, digits"),
         (lambda out: ["--camera", "CAM_TOP"], "unknown camera 'CAM_TOP'"),
@@ -114,8 +112,9 @@ def test_bad_input_takes_one_line_and_loses_nothing(out, spoil, message, content
     assert contents(out) == before
 
 
-def test_an_unknown_method_is_a_usage_error(out):
-    assert run(out, "--method", "wrap").exit_code == 2
+@pytest.mark.parametrize("options", [["--method", "wrap"], ["--scale", "0"], ["--scale", "-1"]])
+def test_unknown_methods_and_ranges_are_usage_errors(out, options):
+    assert run(out, *options).exit_code == 2
 
 
 def test_killed_at_ten_moments_and_finished_it_is_as_undisturbed(tmp_path, out, fitted, contents, start):

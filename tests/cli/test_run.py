@@ -153,7 +153,7 @@ def test_what_no_step_can_get_is_told_before_anything_is_done(write, trained, me
     [
         ("planners: [lstm]", "chain.yaml: planners: 1: unknown system 'lstm'; did you mean lstm-ed?"),
         ("planers: [lstm-ed]", "chain.yaml: unknown setting 'planers'; did you mean planners?"),
-        ("planners: [lstm-ed", "chain.yaml: is no YAML"),
+        ("planners: [lstm-ed", "chain.yaml: not YAML"),
         ("homography: {lr: 1e3, epochs: 9}", "train homography: the loss is not finite"),
     ],
 )

@@ -46,8 +46,8 @@ def test_full_folder_is_an_error_of_one_line(tmp_path):
     [
         (["--camera", "CAM_TOP"], 1),
         (["--cameras", "CAM_TOP"], 1),
-        (["--num-scenes", "0"], 1),
-        (["--relief", "-1"], 1),
+        (["--num-scenes", "0"], 2),
+        (["--relief", "-1"], 2),
         (["--image-size", "big"], 2),
         (["--frames", "many"], 2),
     ],

@@ -16,7 +16,7 @@ from ogmkit.pipeline.render_footprints import render_footprints
 from ogmkit.shards.manifest import read_manifest
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.settings import ExtractSettings
-from ogmkit.targets import TargetSettings
+from ogmkit.target_settings import TargetSettings
 
 GRID = GridSpec(0.5, 140, 60, 136.0, 34.0)
 CAMERAS = ("CAM_FRONT", "CAM_BACK")

@@ -280,11 +280,11 @@ def test_limit_camera_and_progress(eval_shards, fake_runs):
     ("settings", "message"),
     [
         ({"split": "test"}, "unknown split 'test'"),
-        ({"threshold": 1.0}, "threshold: 1 is not from 0 and below 1"),
+        ({"threshold": 1.0}, "threshold: 1.0 is not below 1"),
         ({"homography": "dlt"}, "'dlt' (all have calibration, surface); run `ogmkit homography-fit"),
         ({"cameras": ("CAM_FROND",)}, "CAM_FRONT"),
         ({"limit": 0}, "limit: 0 is below 1"),
-        ({"scale": 0.0}, "scale: 0 is not a positive number"),
+        ({"scale": 0.0}, "scale: 0.0 is not above 0"),
     ],
 )
 def test_bad_settings_are_named_in_one_line(eval_shards, settings, message):

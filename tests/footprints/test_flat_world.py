@@ -12,8 +12,9 @@ from ogmkit.pipeline.footprint_masks import renderer
 from ogmkit.pipeline.homography_fit import fit_shards
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.settings import ExtractSettings
-from ogmkit.synthetic.build import SynthesisSettings, synthesize
-from ogmkit.targets import TargetSettings
+from ogmkit.synthetic.build import synthesize
+from ogmkit.synthetic.settings import SynthesisSettings
+from ogmkit.target_settings import TargetSettings
 
 CAMERA, IMAGE_SIZE = "CAM_FRONT", (900, 1600)
 LAYERS = ("drivable", "vehicles")

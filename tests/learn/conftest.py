@@ -41,7 +41,7 @@ def learn_shards(tmp_path_factory, tiny_dataroot):
     from ogmkit.pipeline.homography_fit import fit_shards
     from ogmkit.pipeline.render_footprints import render_footprints
     from ogmkit.shards.settings import ExtractSettings
-    from ogmkit.targets import TargetSettings
+    from ogmkit.target_settings import TargetSettings
 
     folder = tmp_path_factory.mktemp("learn")
     out = folder / "shards"

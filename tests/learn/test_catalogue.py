@@ -6,9 +6,9 @@ from typing import get_type_hints
 
 import pytest
 
+from ogmkit.base.stated import stated_fields
 from ogmkit.errors import SettingsError
 from ogmkit.learn.catalogue import CATALOGUE, readers, settings_from_dict, training_settings
-from ogmkit.learn.settings import stated_fields
 
 
 @pytest.mark.parametrize(

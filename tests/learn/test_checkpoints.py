@@ -90,7 +90,7 @@ def test_damage_is_named(tmp_path):
         read_checkpoint(path)
     with pytest.raises(CheckpointError, match="can't be read"):
         read_checkpoint(tmp_path / "absent.ckpt")
-    with pytest.raises(CheckpointError, match="is no checkpoint and holds none"):
+    with pytest.raises(CheckpointError, match="not a checkpoint, and holds none"):
         checkpoint_file(tmp_path / "absent")
 
 

@@ -5,9 +5,8 @@ import pytest
 
 from ogmkit.grid import GridSpec
 from ogmkit.metrics.iou import DRIVABLE, VEHICLES
-from ogmkit.metrics.separation import count_separated, neighbours, vehicle_faces
+from ogmkit.metrics.separation import count_separated, neighbours
 from ogmkit.raster.fill import fill_polygons
-from ogmkit.shards.reader import Shard
 
 GRID = GridSpec(m_per_cell=0.5, rows=80, columns=40, ego_row=80, ego_column=24)
 
@@ -126,15 +125,3 @@ def test_three_in_a_row_make_three_pairs():
 
     assert found(*cars).pairs.tolist() == [[0, 1], [0, 2], [1, 2]]
     assert count_separated(found(*cars), bridged).tolist() == [3, 3, 2]
-
-
-def test_faces_are_those_of_the_raster(sample_shards):
-    vehicles = 0
-    for path in sample_shards.glob("*.h5"):
-        with Shard(path) as shard:
-            for index in range(shard.frames("CAM_FRONT")):
-                faces = vehicle_faces(shard, "CAM_FRONT", index)
-                vehicles += len(faces)
-                drawn = fill_polygons(shard.grid.cells(faces), shard.grid.shape)
-                np.testing.assert_array_equal(drawn, shard.dataset("CAM_FRONT", "vehicles")[index])
-    assert vehicles

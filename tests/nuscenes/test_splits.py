@@ -78,8 +78,8 @@ def test_an_official_split_without_a_scene_here(small_root, damage):
         ("<html>", "no JSON"),
         ("[" * 100_000, "no JSON"),
         ('["scene-0001"]', "no object"),
-        ('{"train": "scene-0001"}', "'train' is no list"),
-        ('{"train": [1]}', "'train' is no list"),
+        ('{"train": "scene-0001"}', "'train' is not a list"),
+        ('{"train": [1]}', "'train' is not a list"),
         ('{"train": ["scene-0001", "scene-0001"]}', "names a scene twice"),
     ],
 )

@@ -12,7 +12,7 @@ from ogmkit.geometry.se3 import level_from_global, pose_matrix
 from ogmkit.grid import GridSpec
 from ogmkit.shards.manifest import Manifest, ShardEntry, write_manifest
 from ogmkit.shards.settings import ExtractSettings
-from ogmkit.targets import TargetSettings
+from ogmkit.target_settings import TargetSettings
 
 FRAMES = 3
 IMAGE_SIZE = 90, 160

@@ -1,5 +1,7 @@
 """Contact sheets as files: which are written, and what is refused."""
 
+from typing import get_args
+
 import cv2
 import h5py
 import numpy as np
@@ -8,6 +10,7 @@ import pytest
 from ogmkit.errors import OutputError, SettingsError, ShardError
 from ogmkit.pictures.legend import draw_legend
 from ogmkit.pictures.preview import draw_shard, preview
+from ogmkit.pictures.settings import PreviewSettings, View
 from ogmkit.pictures.subjects import SUBJECTS
 from ogmkit.shards.reader import Shard
 
@@ -27,10 +30,10 @@ def test_one_sheet_for_each_scene_beside_the_shards(make_shards):
 
 def test_the_file_holds_the_sheet(make_shards, tmp_path):
     out = make_shards()
-    (path,) = preview(out, tmp_path / "pictures", scenes=("scene-0002",), frames=2)
+    (path,) = preview(out, tmp_path / "pictures", scenes=("scene-0002",), settings=PreviewSettings(frames=2))
 
     with Shard(out / "scene-0002.h5") as shard:
-        sheet = draw_shard(shard, "CAM_FRONT", frames=2)
+        sheet = draw_shard(shard, "CAM_FRONT", settings=PreviewSettings(frames=2))
     np.testing.assert_array_equal(cv2.imread(str(path))[..., ::-1], sheet)
     assert preview(out, tmp_path / "pictures", scenes=("scene-0002",)) == (path,)
 
@@ -39,7 +42,7 @@ def test_the_file_holds_the_sheet(make_shards, tmp_path):
 @pytest.mark.parametrize("frames", [1, 2, 3])
 def test_sheets_grow_with_their_frames(make_shards, images, frames):
     with Shard(make_shards(images) / "scene-0001.h5") as shard:
-        height, width, _ = draw_shard(shard, "CAM_FRONT", frames=frames).shape
+        height, width, _ = draw_shard(shard, "CAM_FRONT", settings=PreviewSettings(frames=frames)).shape
 
     tile_height, tile_width = 44 + 450, 800 + 12 + 180
     columns, rows = {1: (1, 1), 2: (1, 2), 3: (2, 2)}[frames]
@@ -63,16 +66,30 @@ def test_the_legend_takes_the_lines_that_it_needs():
     [
         ({"scenes": ("scene-0009",)}, "no scene 'scene-0009'; it has scene-0001, scene-0002"),
         ({"cameras": ("CAM_BACK",)}, "no camera 'CAM_BACK'; it has CAM_FRONT"),
-        ({"frames": 0}, "frames: 0 is not between 1 and 60"),
-        ({"frames": 61}, "frames: 61 is not between 1 and 60"),
-        ({"subjects": ("target",)}, "view 'target' is unknown: choose from targets, footprints"),
-        ({"subjects": ("stretch",), "mask_set": "full-body"}, "set 'full-body' would be drawn twice"),
+        ({"settings": PreviewSettings(("stretch",), "full-body")}, "set 'full-body' would be drawn twice"),
     ],
 )
 def test_unknown_names_and_numbers_out_of_range(make_shards, tmp_path, arguments, message):
     with pytest.raises(SettingsError, match=message):
         preview(make_shards(), tmp_path / "pictures", **arguments)
     assert not (tmp_path / "pictures").exists()
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"frames": 0}, "frames: 0 is below 1"),
+        ({"frames": 61}, "frames: 61 is above 60"),
+        ({"views": ("target",)}, "unknown views 'target'; did you mean targets"),
+    ],
+)
+def test_settings_out_of_range(values, message):
+    with pytest.raises(SettingsError, match=message):
+        PreviewSettings(**values)
+
+
+def test_every_view_has_a_subject():
+    assert set(get_args(View)) == set(SUBJECTS)
 
 
 def test_pictures_never_go_among_the_shards(make_shards):
@@ -122,8 +139,8 @@ def test_each_view_and_set_has_a_file_of_its_own(make_shards, add_masks, tmp_pat
     for name in ("surface", "full-body", "dlt"):
         add_masks(out / "scene-0001.h5", name)
     subjects = ("masks", "targets", "stretch", "masks")
-    written = preview(out, tmp_path, subjects=subjects, scenes=("scene-0001",))
-    other = preview(out, tmp_path, subjects=("footprints",), mask_set="dlt", scenes=("scene-0001",))
+    written = preview(out, tmp_path, settings=PreviewSettings(subjects), scenes=("scene-0001",))
+    other = preview(out, tmp_path, settings=PreviewSettings(("footprints",), "dlt"), scenes=("scene-0001",))
 
     endings = ("_masks_surface", "", "_stretch_surface", "_footprints_dlt")
     assert written + other == tuple(tmp_path / f"scene-0001_CAM_FRONT{ending}.png" for ending in endings)
@@ -142,7 +159,7 @@ def test_each_view_and_set_has_a_file_of_its_own(make_shards, add_masks, tmp_pat
 def test_an_absent_set_is_an_error_that_names_the_command(make_shards, tmp_path, subject, mask_set, command):
     out = make_shards()
     with pytest.raises(ShardError) as failure:
-        preview(out, tmp_path / "pictures", subjects=(subject,), mask_set=mask_set)
+        preview(out, tmp_path / "pictures", settings=PreviewSettings((subject,), mask_set))
 
     text = str(failure.value)
     assert "scene-0001.h5: CAM_FRONT has no footprints" in text
@@ -157,6 +174,6 @@ def test_an_absent_homography_is_an_error_that_names_the_command(make_shards, ad
         del h5["CAM_FRONT/homography/plane"]
 
     with pytest.raises(ShardError) as failure:
-        preview(out, tmp_path, subjects=("masks",), mask_set="mine")
+        preview(out, tmp_path, settings=PreviewSettings(("masks",), "mine"))
     message = f"no homography 'plane' (it has surface); run `ogmkit homography-fit {out} --method plane`"
     assert message in str(failure.value)

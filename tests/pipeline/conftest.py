@@ -8,7 +8,7 @@ from ogmkit.grid import GridSpec
 from ogmkit.nuscenes.dataset import Dataset
 from ogmkit.pipeline.extract import extract
 from ogmkit.shards.settings import ExtractSettings
-from ogmkit.targets import TargetSettings
+from ogmkit.target_settings import TargetSettings
 
 
 @pytest.fixture(scope="session")

@@ -226,7 +226,7 @@ def swap(path):
     ("spoil", "message"),
     [
         (lose, "is absent; run `ogmkit extract` again"),
-        (shorten, "is no HDF5 file or cut short"),
+        (shorten, "not an HDF5 file, or cut short"),
         (flip, "has another checksum than the manifest says"),
         (swap, "is HDF5, but no ogmkit shard"),
     ],

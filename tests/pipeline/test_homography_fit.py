@@ -20,7 +20,7 @@ from ogmkit.shards.manifest import read_manifest, write_manifest
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.settings import ExtractSettings
 from ogmkit.shards.verify import verify_folder
-from ogmkit.targets import TargetSettings
+from ogmkit.target_settings import TargetSettings
 
 ALL = tuple(METHODS)
 FEW = ("surface", "dlt")

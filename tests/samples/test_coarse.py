@@ -28,7 +28,7 @@ def test_the_paper_s_grid_at_a_metre():
 @pytest.mark.parametrize("cell_m", [0.05, 0.25, 0.1499, 0.0, -0.1, float("nan"), float("inf")])
 def test_a_cell_that_is_no_whole_number_of_cells_is_refused(cell_m):
     with pytest.raises(
-        SettingsError, match=r"BEV cell: .* is no whole number of the shards' cells of 0\.1 m"
+        SettingsError, match=r"BEV cell: .* is not a whole number of the shards' cells of 0\.1 m"
     ):
         coarse_grid(GridSpec(), cell_m)
 

@@ -129,9 +129,9 @@ def test_an_orientation_in_exif_changes_nothing():
 def test_damage_is_named():
     jpeg = encode(blob(SIZE, (50, 40), 9))
 
-    with pytest.raises(DataFileError, match=r"frame 7: image is no whole JPEG \(cut short\); restore"):
+    with pytest.raises(DataFileError, match=r"frame 7: image is not a whole JPEG \(cut short\); restore"):
         decode_resized(jpeg[:-200], SIZE, (48, 80), "frame 7")
-    with pytest.raises(DataFileError, match="frame 7: image is no whole JPEG"):
+    with pytest.raises(DataFileError, match="frame 7: image is not a whole JPEG"):
         decode_resized(np.zeros(100, np.uint8), SIZE, (48, 80), "frame 7")
     with pytest.raises(DataFileError, match="frame 7: image is 160 × 96 pixels, by its record 80 × 96"):
         decode_resized(jpeg, (96, 80), (48, 80), "frame 7")

@@ -11,7 +11,7 @@ from ogmkit.frames import STEPS, Boxes, FrameRecord, LidarRecord, SceneRecord
 from ogmkit.geometry.se3 import pose_matrix
 from ogmkit.grid import GridSpec
 from ogmkit.nuscenes.maps import MaskStore
-from ogmkit.targets import TargetSettings
+from ogmkit.target_settings import TargetSettings
 
 FRAMES = 5
 IMAGE_SIZE = (32, 48)

@@ -44,8 +44,8 @@ def test_a_split_is_its_shards(manifest):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda content: content.update(format="webmanifest"), "is no ogmkit-manifest of version 1"),
-        (lambda content: content.update(format_version=2), "is no ogmkit-manifest of version 1"),
+        (lambda content: content.update(format="webmanifest"), "not an ogmkit-manifest of version 1"),
+        (lambda content: content.update(format_version=2), "not an ogmkit-manifest of version 1"),
         (lambda content: content.pop("settings"), "is damaged"),
         (lambda content: content["settings"].update(compression="zip"), "is damaged"),
         (lambda content: content["shards"][0].pop("sha256"), "is damaged"),

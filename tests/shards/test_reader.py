@@ -36,7 +36,7 @@ def test_an_absent_shard_is_named(tmp_path):
 @pytest.mark.parametrize("content", [b"", b"<html>", b"\x89HDF\r\n\x1a\n"])
 def test_what_is_no_hdf5_is_named(tmp_path, content):
     (tmp_path / "a.h5").write_bytes(content)
-    with pytest.raises(ShardError, match=r"a\.h5: is no HDF5 file or cut short"):
+    with pytest.raises(ShardError, match=r"a\.h5: not an HDF5 file, or cut short"):
         Shard(tmp_path / "a.h5")
 
 

@@ -84,8 +84,8 @@ CONTRADICTIONS = {
     "field_of_view contradicts boxes, poses or calibration in frame 0": set_values("field_of_view", 1),
     "timestamp_us goes back after frame 3": set_values("timestamp_us", 1, 4),
     "sample_token has duplicates": set_values("sample_token", "same"),
-    "ego_from_camera is no rigid transform in frame 1": move("ego_from_camera", 0.1),
-    "global_from_ego is no rigid transform in frame 0 and 4 more": set_values("global_from_ego", np.nan),
+    "ego_from_camera is not a rigid transform in frame 1": move("ego_from_camera", 0.1),
+    "global_from_ego is not a rigid transform in frame 0 and 4 more": set_values("global_from_ego", np.nan),
     "intrinsics are singular in frame 0 and 4 more": set_values("intrinsics", 0),
     "trajectory/past contradicts past_valid in frame 0": set_values("trajectory/past", 0.0, 0),
     "trajectory/future contradicts the poses around frame 1": move("trajectory/future", 1e-3),
@@ -95,11 +95,11 @@ CONTRADICTIONS = {
     "trajectory/valid counts 1 frames": set_values("trajectory/valid", True, 3),
     "boxes/offsets do not rise from 0 to 10": set_values("boxes/offsets", 0, 5),
     "boxes/annotation_token has duplicates": set_values("boxes/annotation_token", "same"),
-    "boxes/global_from_box is no rigid transform in box 1": move("boxes/global_from_box", np.inf),
+    "boxes/global_from_box is not a rigid transform in box 1": move("boxes/global_from_box", np.inf),
     "boxes/size_wlh is not positive in box 4": set_values("boxes/size_wlh", 0, 4),
     "boxes/visibility is over 4 in box 9": set_values("boxes/visibility", 5, 9),
     "boxes/category is empty in box 2": set_values("boxes/category", "", 2),
-    "image is no whole JPEG in frame 3 (empty)": set_values("image", np.zeros(0, np.uint8), 3),
+    "image is not a whole JPEG in frame 3 (empty)": set_values("image", np.zeros(0, np.uint8), 3),
     "image contradicts image_size in frame 0": set_values("image_size", 7),
     "lidar/offsets do not rise from 0 to 110": move("lidar/offsets", 1, 0),
     "lidar/points are not finite in frame 1": set_values("lidar/points", np.nan, 30),
@@ -196,7 +196,7 @@ def test_a_truncated_shard_is_named_in_one_line(out, size):
     found = messages(out)
     assert len(found) == 2
     assert "by the manifest" in found[0]
-    assert "is no HDF5 file or cut short" in found[1]
+    assert "not an HDF5 file, or cut short" in found[1]
     assert "remove it and run `ogmkit extract` again" in found[1]
 
 

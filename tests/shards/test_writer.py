@@ -10,7 +10,8 @@ from ogmkit.shards import schema
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.structure import structure_problems
 from ogmkit.shards.writer import write_shard
-from ogmkit.targets import TargetSettings, build_targets
+from ogmkit.target_settings import TargetSettings
+from ogmkit.targets import build_targets
 
 CAMERAS = ("CAM_BACK", "CAM_FRONT")
 

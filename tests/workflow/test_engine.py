@@ -161,7 +161,7 @@ def test_killed_while_settings_change_it_never_takes_old_for_new_or_new_for_old(
 
 
 def test_it_goes_on_once_the_old_is_gone_and_begins_anew_before(tmp_path, clock):
-    for lets_go, actions in ((True, {"overwrite", "go on"}), (False, {"overwrite"})):
+    for lets_go, actions in ((True, {"overwrite", "resume"}), (False, {"overwrite"})):
         steps = [
             (Careless(tmp_path, clock, f"s{lets_go}", (), {"value": value}, lets_go=lets_go),)
             for value in (0, 1)
@@ -178,7 +178,7 @@ def test_it_goes_on_once_the_old_is_gone_and_begins_anew_before(tmp_path, clock)
         assert found[0] == "overwrite"
         assert found[-1] == "skip"  # killed after the last writing
         assert set(found[:-1]) == actions
-        assert found == sorted(found, key=["overwrite", "go on", "skip"].index)
+        assert found == sorted(found, key=["overwrite", "resume", "skip"].index)
 
 
 @pytest.mark.parametrize(
@@ -232,7 +232,7 @@ def test_another_version_of_the_package_does_all_anew(tmp_path, clock, monkeypat
 
 @pytest.mark.parametrize(
     ("name", "action", "done"),
-    [("shards", "go on", ["shards"]), ("planner", "overwrite", ["planner"]), ("table", "go on", ["table"])],
+    [("shards", "resume", ["shards"]), ("planner", "overwrite", ["planner"]), ("table", "resume", ["table"])],
 )
 def test_what_is_gone_comes_back(tmp_path, clock, name, action, done):
     run_steps(tmp_path, chain(tmp_path, clock.until(None)))

@@ -213,7 +213,7 @@ def test_the_examples_say_the_same_again_when_written_out(name):
         ({"footprints": {"masks": "robust"}}, "footprints: masks: nothing makes the masks 'robust'"),
         ({"train": {"devices": 2}, "footprints": {}}, "train: devices: a chain trains on one GPU"),
         ({"footprints": {"split_ratio": [7, 1]}}, "footprints: split_ratio: give a split_file"),
-        ({"baselines": "ved"}, "baselines: is no list of systems"),
+        ({"baselines": "ved"}, "baselines: not a list of systems"),
         ({"baselines": ["lstm-ed"]}, "baselines: 1: unknown system 'lstm-ed'"),
         ({"baselines": ["ved", 3]}, "baselines: 2: holds no mapping"),
         ({"baselines": ["bev-lidar"]}, "bev-lidar needs `lidar: true` under extract"),

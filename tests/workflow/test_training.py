@@ -47,7 +47,7 @@ def fingerprints(**values):
 
 
 def other_value(name):
-    """A value that is no system's default."""
+    """A value that is not a system's default."""
     if name in CHANGED:
         return CHANGED[name]
     cls = CATALOGUE[readers(name)[0]].settings

@@ -1,1 +1,1 @@
-"""What plans of the next seconds are worth: numpy in, numbers out."""
+"""Scores of plans of the next seconds: numpy in, numbers out."""

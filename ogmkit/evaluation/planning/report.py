@@ -56,7 +56,7 @@ def _explanations(evaluation: PlanEvaluation, all_tables: bool, intervals: bool)
     if intervals:
         yield "Intervals come from resampling scenes."
     yield (
-        "constant-velocity: the last displacement goes on; straight-line: equal steps to the destination; "
+        "constant-velocity: the last displacement, repeated; straight-line: equal steps to the destination; "
         "cubic: the polynomial in time through the last two positions, the present one and the destination."
     )
     yield from evaluation.notes

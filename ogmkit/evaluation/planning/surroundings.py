@@ -6,13 +6,13 @@ import numpy as np
 import shapely
 
 from ogmkit.errors import ShardError
+from ogmkit.evaluation.faces import vehicle_faces
 from ogmkit.evaluation.frames import FrameReader, Place, row
 from ogmkit.evaluation.planning.sequences import Sequences
 from ogmkit.evaluation.progress import Tick
 from ogmkit.evaluation.scope import paths
 from ogmkit.grid import GridSpec
 from ogmkit.metrics.plan import STEPS
-from ogmkit.metrics.separation import vehicle_faces
 from ogmkit.shards.reader import REMEDY, damaged
 from ogmkit.typing import FloatArray, UInt8Array
 

@@ -58,8 +58,8 @@ class Augmentation:
         """
         if self.flip > 0 and not float(2 * grid.ego_column).is_integer():
             raise SettingsError(
-                f"augmentation: the ego's column {grid.ego_column:g} is no whole or half number, so a flip "
-                "would shift the grid; set flip to 0"
+                f"augmentation: the ego's column {grid.ego_column:g} is not a whole or half number, so a "
+                "flip would shift the grid; set flip to 0"
             )
 
     def apply(self, sample: SampleArrays, grid: GridSpec, seed: int) -> SampleArrays:

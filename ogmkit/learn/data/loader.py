@@ -29,7 +29,7 @@ class EpochBatches(Sampler[list[Key]]):
     """Batches of an epoch's samples, as a batch sampler.
 
     An epoch's order and each sample's augmentation are functions of (seed, epoch, place in the dataset)
-    alone, so a training that was killed goes on with the batch that was next.
+    alone, so a training that was killed resumes with the next batch.
 
     Args:
         count: samples of the dataset.

@@ -1,6 +1,7 @@
 """Training and validation data of a folder of shards, as Lightning takes them."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from lightning import LightningDataModule
@@ -12,6 +13,23 @@ from ogmkit.learn.data.sequences import SequenceDataset
 from ogmkit.samples.index import index_frames, index_sequences
 from ogmkit.samples.poses import require_finite_poses
 from ogmkit.samples.spec import SampleSpec
+
+
+@dataclass(frozen=True)
+class Loading:
+    """How samples are read in training.
+
+    Attributes:
+        batch_size: samples of a batch, on each device.
+        workers: number of processes that read ahead, for each of the two loaders.
+        seed: of order and augmentation.
+        augmentation: of training samples; None leaves them as they are.
+    """
+
+    batch_size: int = 8
+    workers: int = 0
+    seed: int = 0
+    augmentation: Augmentation | None = None
 
 
 class ShardDataModule(LightningDataModule):
@@ -26,17 +44,14 @@ class ShardDataModule(LightningDataModule):
         val: names of scenes.
         cameras: channels; none stands for all of the folder's.
         spec: what samples hold.
-        augmentation: of training samples; None leaves them as they are.
-        batch_size: samples of a batch, on each device.
-        workers: processes that read ahead, for each of the two loaders.
-        seed: of order and augmentation.
+        loading: how they are read.
         limit_frames: most samples of either set, evenly spread; None takes all.
         sequences: whether samples are sequences of six images instead of frames.
 
     Attributes:
         train_set: training samples.
         val_set: validation samples.
-        train_batches: order of the training's batches; set its `epoch` and `skip` to go on in mid-epoch.
+        train_batches: order of the training's batches; set its `epoch` and `skip` to resume in mid-epoch.
 
     Raises:
         SettingsError, ShardError, TrainingError: see `index_frames`, `index_sequences`, `FrameDataset` and
@@ -51,14 +66,12 @@ class ShardDataModule(LightningDataModule):
         cameras: Sequence[str],
         spec: SampleSpec,
         *,
-        augmentation: Augmentation | None = None,
-        batch_size: int = 8,
-        workers: int = 0,
-        seed: int = 0,
+        loading: Loading,
         limit_frames: int | None = None,
         sequences: bool = False,
     ) -> None:
         super().__init__()
+        self._loading = loading
         find, samples = (index_sequences, SequenceDataset) if sequences else (index_frames, FrameDataset)
         train_index, val_index = (
             find(out, scenes, cameras, needs=spec, limit=limit_frames) for scenes in (train, val)
@@ -66,13 +79,11 @@ class ShardDataModule(LightningDataModule):
         if sequences:
             require_finite_poses(train_index)
             require_finite_poses(val_index)
-        self.train_set = samples(train_index, spec, augment=augmentation)
+        self.train_set = samples(train_index, spec, augment=loading.augmentation)
         self._train_index, self._samples = train_index, samples
-        self._batch_size = batch_size
         self.val_set = samples(val_index, spec)
-        self.train_batches = EpochBatches(len(self.train_set), batch_size, seed=seed, shuffle=True)
-        self._val_batches = EpochBatches(len(self.val_set), batch_size, seed=seed, shuffle=False)
-        self._workers = workers
+        self.train_batches = self._batches(self.train_set, shuffle=True)
+        self._val_batches = self._batches(self.val_set, shuffle=False)
 
     def train_dataloader(self) -> BatchLoader:
         """Training batches, shuffled and augmented."""
@@ -80,14 +91,17 @@ class ShardDataModule(LightningDataModule):
 
     def plain_train_dataloader(self, spec: SampleSpec) -> BatchLoader:
         """Training samples in order and not augmented, for statistics; `spec` says what they hold."""
-        batches = EpochBatches(len(self.train_set), self._batch_size, seed=0, shuffle=False)
+        batches = EpochBatches(len(self.train_set), self._loading.batch_size, seed=0, shuffle=False)
         return loader(self._samples(self._train_index, spec), batches, workers=0)
 
     def val_dataloader(self) -> BatchLoader:
         """Validation batches, in order."""
         return self._loader(self.val_set, self._val_batches)
 
+    def _batches(self, dataset: FrameDataset, *, shuffle: bool) -> EpochBatches:
+        return EpochBatches(len(dataset), self._loading.batch_size, seed=self._loading.seed, shuffle=shuffle)
+
     def _loader(self, dataset: FrameDataset, batches: EpochBatches) -> BatchLoader:
         if self.trainer is not None:
             batches.rank, batches.world = self.trainer.global_rank, self.trainer.world_size
-        return loader(dataset, batches, workers=self._workers)
+        return loader(dataset, batches, workers=self._loading.workers)

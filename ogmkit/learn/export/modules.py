@@ -76,8 +76,9 @@ def through_four_points(source: Tensor, destination: Tensor) -> Tensor:
     """The homographies that take four points to four others, in closed form (Hartley & Zisserman, 2.3).
 
     Each side's points are the images of the projective basis (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1); one
-    map goes on from where the other came. The same as `ogmkit.learn.models.projective.through_four_points`,
-    without a solver, and without its answer of NaN where points are on a line.
+    map continues from where the other ended. The same as
+    `ogmkit.learn.models.projective.through_four_points`, without a solver, and without its answer of NaN
+    where points are on a line.
 
     Args:
         source: (B, 4, 2) float64, all in front of the camera.

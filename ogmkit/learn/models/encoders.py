@@ -137,7 +137,7 @@ def _load(net: nn.Module, path: Path, name: str) -> None:
         KeyError,
         TypeError,
     ) as error:
-        raise CheckpointError(f"{path}: is no file of weights alone, or is damaged") from error
+        raise CheckpointError(f"{path}: not a file of weights alone, or is damaged") from error
     if not isinstance(state, dict):
         raise CheckpointError(f"{path}: holds no state dictionary of encoder {name}")
     try:

@@ -59,7 +59,7 @@ def require_predictable(checkpoint: Path, shards: Path, choice: Choice) -> None:
 
     Raises:
         CheckpointError: there is no checkpoint.
-        ShardError: the folder is no finished extraction.
+        ShardError: the folder is not a finished extraction.
         SettingsError: a scene, split or camera is unknown, or no scene is left.
         TableError: the split file is absent or malformed.
     """

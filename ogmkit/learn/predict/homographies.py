@@ -133,21 +133,21 @@ def predict_homographies(
 ) -> HomographySummary:
     """Predict the homography of every frame of a folder's shards and store it there.
 
-    A frame where the network's answer is no homography is marked invalid, with the reason. Shards that have
-    the group from the same checkpoint stay. Killed at any moment, the same call again finishes the work.
+    A frame where the network's answer is not a homography is marked invalid, with the reason. Shards that
+    have the group from the same checkpoint stay. Killed at any moment, the same call again finishes the work.
 
     Args:
         out: a folder that an extraction finished, with images.
         checkpoint: a RUN of `homography`, or one of its checkpoints.
         name: of the group: `network` or `network-…`.
         cameras: channels; none means all that the run knows.
-        overwrite: predict anew what is there, also by another checkpoint.
+        overwrite: predict again what exists, also by another checkpoint.
         batch_size: frames at a time.
         on_progress: called with (shards done, shards in all).
 
     Raises:
         CheckpointError: there is no checkpoint, or it is damaged or of another system.
-        SettingsError: the name is out of the question, the grids differ, or there is no such camera.
+        SettingsError: the name is not allowed, the grids differ, or there is no such camera.
         DataFileError: an image is absent or damaged.
         ShardError, OutputError, OgmkitError: as `ogmkit.pipeline.amend.amend`.
     """

@@ -1,4 +1,4 @@
-"""Samples from a folder of images, or of LiDAR sweeps, that is no shard."""
+"""Samples from a folder of images, or of LiDAR sweeps, that is not a shard."""
 
 import struct
 from collections.abc import Sequence
@@ -174,7 +174,7 @@ def read_image(path: Path, source_size: tuple[int, int], size: tuple[int, int]) 
     try:
         found = png_size(data) if is_png else jpeg_size(data)
     except ValueError as error:
-        raise DataFileError(f"{path}: is no whole JPEG or PNG ({error}); replace it") from error
+        raise DataFileError(f"{path}: not a whole JPEG or PNG ({error}); replace it") from error
     if found != source_size:
         raise DataFileError(
             f"{path}: has {found[1]} × {found[0]} pixels, by its calibration {source_size[1]} × "

@@ -34,7 +34,7 @@ def json_object(path: Path, keys: Iterable[str]) -> dict[str, Any]:
     except OSError as error:
         raise TableError(f"{path}: can't be read ({error.strerror}); choose another file") from error
     except (ValueError, RecursionError) as error:
-        raise TableError(f"{path}: is no JSON ({error}); correct it") from error
+        raise TableError(f"{path}: not JSON ({error}); correct it") from error
     if not isinstance(content, dict) or not content:
         raise TableError(f"{path}: holds no object with {', '.join(keys)}; correct it")
     return content

@@ -97,7 +97,7 @@ def predict_shards(
     Raises:
         CheckpointError: there is no checkpoint, or it is damaged or of another system.
         SettingsError: the grids differ, or a scene, split or camera is unknown.
-        ShardError: the folder is no finished extraction, or lacks what the run predicts from.
+        ShardError: the folder is not a finished extraction, or lacks what the run predicts from.
         DataFileError: an image is absent or damaged.
         OutputError: the files can't be written, or would lie among the shards.
     """

@@ -1,4 +1,4 @@
-"""Checkpoints of a training: where it stands, so that it can go on exactly there."""
+"""Checkpoints of a training: where it stands, so that it can resume exactly there."""
 
 import dataclasses
 from pathlib import Path
@@ -112,7 +112,7 @@ class Checkpoints(Callback):
             raise Interrupted
 
     def _save_best(self, trainer: Trainer, system: System) -> None:
-        """Weights only: nobody goes on from there, and the optimiser's state is twice their size."""
+        """Weights only: nothing resumes from there, and the optimiser's state is twice their size."""
         if trainer.is_global_zero:
             content = {"state_dict": system.state_dict(), KEY: self._card_now()}
             AtomicCheckpointIO().save_checkpoint(content, self._run / BEST)

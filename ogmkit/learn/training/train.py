@@ -16,7 +16,7 @@ from lightning.pytorch.utilities import rank_zero_only
 from ogmkit.base.news import Found, Waiting, listening, tell
 from ogmkit.learn.checkpoints import AtomicCheckpointIO, Card, read_checkpoint
 from ogmkit.learn.data.augment import Augmentation
-from ogmkit.learn.data.module import ShardDataModule
+from ogmkit.learn.data.module import Loading, ShardDataModule
 from ogmkit.learn.perception_settings import ImageTraining
 from ogmkit.learn.runs import LAST, METRICS, SAMPLES, TENSORBOARD, open_folder
 from ogmkit.learn.settings import TrainSettings
@@ -40,7 +40,7 @@ class TrainSummary:
         frames: that it learnt from; of a planner, sequences.
         val_frames: that it was scored on.
         steps: of the optimiser, over all runs.
-        resumed_step: where this run went on; 0 where it began.
+        resumed_step: where this run resumed; 0 where it began.
         score_name: of the score.
         score: the best one; None where there was none.
         seconds: wall time of this run.
@@ -65,9 +65,9 @@ def train(
     overwrite: bool = False,
     on_progress: Callable[[int, int], None] | None = None,
 ) -> TrainSummary | None:
-    """Train a system, or go on with a training that was cut short.
+    """Train a system, or resume one that was cut short.
 
-    Killed at any moment, the same call again goes on from the last checkpoint, with the same batches and the
+    Killed at any moment, the same call again resumes from the last checkpoint, with the same batches and the
     same random numbers: on a CPU the weights come out as of a training that nothing disturbed.
 
     Args:
@@ -75,7 +75,7 @@ def train(
         shards: a folder that an extraction finished.
         run: the training's folder.
         split_file: JSON of split → scenes, instead of the shards' splits.
-        overwrite: begin anew where there is a training already.
+        overwrite: start over where a training exists.
         on_progress: called with (steps done, steps in all).
 
     Returns:
@@ -86,7 +86,7 @@ def train(
         ShardError: shards lack what the system learns from, or a split is empty.
         TrainingError: no frame can be learnt from, or the loss is not finite.
         OutputError: `run` holds something else, or can't be written.
-        CheckpointError: the checkpoint to go on from is damaged.
+        CheckpointError: the checkpoint to resume from is damaged.
         KeyboardInterrupt: Ctrl-C, after the step was finished and saved.
     """
     started = time.monotonic()
@@ -122,16 +122,19 @@ def _data(
         if isinstance(settings, ImageTraining)
         else Augmentation(0, settings.flip, 0)
     )
+    loading = Loading(
+        settings.batch_size,
+        settings.workers,
+        settings.seed,
+        None if augmentation == Augmentation(0, 0, 0) else augmentation,
+    )
     return ShardDataModule(
         shards,
         train_scenes,
         val_scenes,
         settings.cameras,
         system.spec,
-        augmentation=None if augmentation == Augmentation(0, 0, 0) else augmentation,
-        batch_size=settings.batch_size,
-        workers=settings.workers,
-        seed=settings.seed,
+        loading=loading,
         limit_frames=settings.limit_frames,
         sequences=system.plans,
     )
@@ -174,7 +177,7 @@ def _begin(system: System, data: ShardDataModule) -> None:
 
 
 def _trainer(settings: TrainSettings, run: Path, step: int, callbacks: list[Callback]) -> Trainer:
-    """Lightning's trainer; a training that goes on does so at `step`."""
+    """Lightning's trainer; a resumed training starts at `step`."""
     return Trainer(
         accelerator="auto" if torch.cuda.is_available() else "cpu",
         devices=settings.devices or 1,

@@ -27,7 +27,7 @@ class Metrics(Callback):
         self._every = every
 
     def on_train_start(self, trainer: Trainer, pl_module: LightningModule) -> None:
-        """Drop what a killed run wrote beyond the checkpoint that goes on."""
+        """Drop what a killed run wrote beyond the checkpoint that is resumed."""
         if not trainer.is_global_zero:
             return
         rows = []

@@ -12,7 +12,7 @@ from ogmkit.grid import GridSpec
 from ogmkit.metrics.plan import Plan
 from ogmkit.shards.manifest import Manifest, ShardEntry, write_manifest
 from ogmkit.shards.settings import ExtractSettings
-from ogmkit.targets import TargetSettings
+from ogmkit.target_settings import TargetSettings
 
 GRID = GridSpec(m_per_cell=0.5, rows=60, columns=40, ego_row=56, ego_column=24)
 FRAMES = 15

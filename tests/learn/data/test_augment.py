@@ -292,7 +292,7 @@ def test_what_can_t_be_is_refused():
     with pytest.raises(SettingsError, match="augmentation: colour nan is not within"):
         Augmentation(colour=float("nan"))
     with pytest.raises(
-        SettingsError, match=r"the ego's column 2\.3 is no whole or half number.*set flip to 0"
+        SettingsError, match=r"the ego's column 2\.3 is not a whole or half number.*set flip to 0"
     ):
         Augmentation().require_grid(GridSpec(0.5, 3, 6, 3.0, 2.3))
 

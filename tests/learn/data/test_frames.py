@@ -231,7 +231,7 @@ def test_specifications_that_contradict_themselves(make):
     for needs in (SampleSpec(bev=True), SampleSpec(lidar=True)):
         with pytest.raises(SettingsError, match="need the side of a BEV cell"):
             make(needs)
-    with pytest.raises(SettingsError, match=r"BEV cell: 0\.7 m is no whole number"):
+    with pytest.raises(SettingsError, match=r"BEV cell: 0\.7 m is not a whole number"):
         make(SampleSpec(bev_cell_m=0.7, bev=True))
 
 
@@ -243,7 +243,7 @@ def test_damage_is_named(make, copied):
         file.seek(offset)
         file.write(bytes(16))
 
-    with pytest.raises(DataFileError, match=r"scene-0001\.h5: CAM_FRONT frame 1: image is no whole JPEG"):
+    with pytest.raises(DataFileError, match=r"scene-0001\.h5: CAM_FRONT frame 1: image is not a whole JPEG"):
         make(SampleSpec((30, 64)), out=copied, cameras=["CAM_FRONT"])[1]
     with pytest.raises(ShardError, match=r"scene-0001\.h5: is damaged inside .*; remove it and run"):
         make(SampleSpec(bev_cell_m=1.0, bev=True), out=copied, cameras=["CAM_FRONT"])[2]

@@ -7,7 +7,7 @@ import torch
 
 from ogmkit.errors import TrainingError
 from ogmkit.learn.data.augment import Augmentation
-from ogmkit.learn.data.module import ShardDataModule
+from ogmkit.learn.data.module import Loading, ShardDataModule
 from ogmkit.samples.spec import SampleSpec
 
 SPEC = SampleSpec((30, 64), "dlt", bev_cell_m=1.0, bev=True)
@@ -16,8 +16,10 @@ SPEC = SampleSpec((30, 64), "dlt", bev_cell_m=1.0, bev=True)
 @pytest.fixture
 def make(shards):
     def module(**options):
-        options = {"batch_size": 3, "seed": 5, "augmentation": Augmentation()} | options
-        return ShardDataModule(shards, ["scene-0001"], ["scene-0002"], [], SPEC, **options)
+        limit_frames = options.pop("limit_frames", None)
+        loading = Loading(**{"batch_size": 3, "seed": 5, "augmentation": Augmentation()} | options)
+        scenes = ["scene-0001"], ["scene-0002"]
+        return ShardDataModule(shards, *scenes, [], SPEC, loading=loading, limit_frames=limit_frames)
 
     return module
 
@@ -76,4 +78,4 @@ def test_a_limit_holds_for_either_set(make):
 
 def test_an_empty_split_is_refused(shards):
     with pytest.raises(TrainingError, match="there are 0 frames in the chosen scenes"):
-        ShardDataModule(shards, ["scene-0001"], [], [], SPEC)
+        ShardDataModule(shards, ["scene-0001"], [], [], SPEC, loading=Loading())

@@ -16,7 +16,7 @@ from ogmkit.shards.manifest import file_sha256
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.settings import ExtractSettings
 from ogmkit.shards.verify import verify_folder
-from ogmkit.targets import TargetSettings
+from ogmkit.target_settings import TargetSettings
 
 GRID = GridSpec(0.5, 80, 60, 80.0, 34.0)
 CAMERAS = ("CAM_BACK", "CAM_FRONT")

@@ -394,8 +394,8 @@ def test_a_wrong_calibration_is_named_with_file_input_and_key(tmp_path, runs, re
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "is no JSON"),
-        ("[" * 100_000, "is no JSON"),
+        ("", "is not JSON"),
+        ("[" * 100_000, "is not JSON"),
         ("[]", "holds no object"),
         ("{}", "holds no object"),
         ('{"000.jpg": {}, "001.jpg": []}', "holds neither one calibration nor one for each image"),
@@ -437,8 +437,8 @@ def twice(images):
     ("change", "message"),
     [
         (empty, r"holds no \*.jpg"),
-        (cut, "005.jpg: is no whole JPEG or PNG"),
-        (cut_png, "x.png: is no whole JPEG or PNG"),
+        (cut, "005.jpg: not a whole JPEG or PNG"),
+        (cut_png, "x.png: not a whole JPEG or PNG"),
         (other_size, "005.jpg: has 160 × 80 pixels, by its calibration 160 × 90"),
         (twice, "005.png: differs from 005.jpg in its ending only"),
     ],

@@ -16,8 +16,9 @@ from ogmkit.pipeline.homography_fit import fit_shards
 from ogmkit.pipeline.render_footprints import render_footprints
 from ogmkit.samples.index import index_frames
 from ogmkit.shards.settings import ExtractSettings
-from ogmkit.synthetic.build import SynthesisSettings, synthesize
-from ogmkit.targets import TargetSettings
+from ogmkit.synthetic.build import synthesize
+from ogmkit.synthetic.settings import SynthesisSettings
+from ogmkit.target_settings import TargetSettings
 
 pytestmark = pytest.mark.slow
 

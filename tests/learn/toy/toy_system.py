@@ -6,8 +6,9 @@ from typing import ClassVar
 import torch
 from torch import nn
 
+from ogmkit.base.stated import setting
 from ogmkit.learn.models.losses import perception_loss
-from ogmkit.learn.settings import TrainSettings, setting
+from ogmkit.learn.settings import TrainSettings
 from ogmkit.learn.systems.base import Prediction
 from ogmkit.learn.systems.masks import MaskSystem
 from ogmkit.samples.spec import TARGETS, SampleSpec

@@ -42,7 +42,7 @@ def plan_of_images(
 
     Raises:
         CheckpointError: there is no checkpoint, it is damaged, of no planner, or of one that needs true
-            masks; or its plan is no numbers.
+            masks; or its plan isn't numbers.
         SettingsError: the two runs' grids differ, the homography's run doesn't know the camera, or is given
             to a run that warps nothing.
         TableError: the file is absent or wrong.

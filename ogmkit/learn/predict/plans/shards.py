@@ -66,10 +66,10 @@ def plans_of_shards(
         `homography_valid`, of each image: without one its masks are warped to nothing.
 
     Raises:
-        CheckpointError: there is no checkpoint, it is damaged or of no planner, or its plans are no numbers.
+        CheckpointError: there is no checkpoint, it is damaged or of no planner, or its plans aren't numbers.
         SettingsError: the grids differ, a scene, split or camera is unknown, or a homography is given to a
             run that warps nothing.
-        ShardError: the folder is no finished extraction, lacks what the run plans from, or has poses that
+        ShardError: the folder is not a finished extraction, lacks what the run plans from, or has poses that
             are not finite.
         TrainingError: no sequence is left.
         DataFileError: an image is absent or damaged.

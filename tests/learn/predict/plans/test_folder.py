@@ -286,7 +286,7 @@ def test_a_wrong_file_is_named_with_its_key(tmp_path, runs, known, plan, change,
 
 @pytest.mark.parametrize(
     ("text", "message"),
-    [("", "is no JSON"), ("[]", "holds no object with camera"), ("{}", "holds no object")],
+    [("", "is not JSON"), ("[]", "holds no object with camera"), ("{}", "holds no object")],
 )
 def test_a_file_that_holds_no_object_is_named(runs, plan, text, message):
     with pytest.raises(TableError, match=f"plan.json: {message}"):
@@ -299,7 +299,7 @@ def test_a_file_that_holds_no_object_is_named(runs, plan, text, message):
         (lambda folder: (folder / "3.jpg").unlink(), "images: holds 5 images; a plan takes 6, 0.5 s apart"),
         (lambda folder: shutil.copy(folder / "0.jpg", folder / "6.jpg"), "images: holds 7 images"),
         (lambda folder: [path.unlink() for path in folder.iterdir()], r"images: holds no \*.jpg"),
-        (lambda folder: (folder / "2.jpg").write_bytes(b"\xff\xd8"), "2.jpg: is no whole JPEG or PNG"),
+        (lambda folder: (folder / "2.jpg").write_bytes(b"\xff\xd8"), "2.jpg: not a whole JPEG or PNG"),
         (
             lambda folder: cv2.imwrite(str(folder / "2.jpg"), np.zeros((80, 160, 3), np.uint8)),
             "2.jpg: has 160 × 80 pixels, by its calibration 160 × 90; correct image_size",

@@ -1,0 +1,44 @@
+"""What targets to make of a frame."""
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from ogmkit.base.stated import require_stated, setting, with_default
+from ogmkit.errors import SettingsError
+from ogmkit.grid import GridSpec
+from ogmkit.homography.settings import FitSettings
+
+ImagesMode = Literal["bytes", "reference", "none"]
+"""Keep each image's own bytes, only its path (the file is checked all the same), or the path unchecked."""
+
+
+@dataclass(frozen=True)
+class TargetSettings:
+    """What targets to make (docs/design.md §3).
+
+    Attributes:
+        grid: the bird's-eye-view grid.
+
+    Raises:
+        SettingsError: a setting is out of range or unknown.
+    """
+
+    grid: GridSpec = field(default_factory=GridSpec)
+    categories: tuple[str, ...] = with_default(FitSettings, "categories", ("vehicle.",))
+    min_visibility: int = with_default(FitSettings, "min_visibility", 0)
+    max_gap_s: float = setting(
+        0.75,
+        "Maximum time between key frames within a trajectory.",
+        above=0,
+        form="SECONDS",
+        flag="--max-gap",
+    )
+    images: ImagesMode = setting(
+        "bytes", "Keep each JPEG itself, or only its path (none: the file may be absent)."
+    )
+    lidar: bool = setting(False, "Also keep the LiDAR points, moved to the image's time.")
+
+    def __post_init__(self) -> None:
+        require_stated(self)
+        if not self.categories or not all(self.categories):
+            raise SettingsError("categories: name at least one prefix, such as vehicle.")
