@@ -54,7 +54,7 @@ class _Output:
 @click.argument("shards", type=EXISTING_FOLDER)
 @click.argument("runs", metavar="[RUN]...", type=EXISTING, nargs=-1)
 @shards_split_file_option
-@record_options(EvaluateSettings, "settings", leave_out=("samples",))
+@record_options(EvaluateSettings, "settings")
 @cameras_option()
 @click.option("--all", "all_tables", is_flag=True, help="Write all tables, not the headline alone.")
 @click.option(

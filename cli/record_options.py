@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import os
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from types import NoneType
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
@@ -28,18 +28,12 @@ def ratio(value: str | Sequence[int]) -> tuple[int, int]:
     return int(left), int(right)
 
 
-def flag_of(name: str, stated: Stated) -> str:
-    """The option of a setting, such as `--image-size`."""
-    return stated.flag or f"--{name.replace('_', '-')}"
-
-
-def setting_options(cls: type[Any], leave_out: Collection[str] = ()) -> Callable[[Function], Function]:
+def setting_options(cls: type[Any]) -> Callable[[Function], Function]:
     """An option for each field of a record that states its setting, handed on by the fields' names."""
     hints, record = get_type_hints(cls), cls()
     options = [
         _option(name, stated, hints[name], getattr(record, name))
         for name, stated in stated_fields(cls).items()
-        if name not in leave_out
     ]
 
     def decorate(function: Function) -> Function:
@@ -50,11 +44,9 @@ def setting_options(cls: type[Any], leave_out: Collection[str] = ()) -> Callable
     return decorate
 
 
-def record_options(
-    cls: type[Any], name: str, leave_out: Collection[str] = ()
-) -> Callable[[Function], Function]:
+def record_options(cls: type[Any], name: str) -> Callable[[Function], Function]:
     """Such options, handed to the command as one record of that name."""
-    names = [one for one in stated_fields(cls) if one not in leave_out]
+    names = tuple(stated_fields(cls))
 
     def decorate(function: Function) -> Function:
         @functools.wraps(function)
@@ -62,7 +54,7 @@ def record_options(
             record = cls(**{one: kwargs.pop(one) for one in names})
             return function(*args, **kwargs, **{name: record})
 
-        return setting_options(cls, leave_out)(with_record)  # type: ignore[return-value]  # but for `name`
+        return setting_options(cls)(with_record)  # type: ignore[return-value]  # but for `name`
 
     return decorate
 
@@ -74,7 +66,7 @@ def _option(
     default: Any,  # noqa: ANN401  # of that type
 ) -> Callable[[Function], Function]:
     kind = next(one for one in get_args(hint) if one is not NoneType) if NoneType in get_args(hint) else hint
-    flags = (*flag_of(name, stated).split(), name)
+    flags = (*stated.flags(name), name)
     if kind is bool:
         return click.option(*flags, is_flag=True, default=default, show_default=default, help=stated.help)
     shown = {

@@ -8,7 +8,6 @@ from ogmkit.base.stated import stated_fields
 from ogmkit.learn.catalogue import SystemEntry, all_settings, readers
 
 from .command import Command
-from .record_options import flag_of
 
 
 class TrainCommand(Command):
@@ -25,7 +24,7 @@ class TrainCommand(Command):
         try:
             return super().parse_args(ctx, args)
         except click.NoSuchOption as error:
-            known = {flag_of(name, stated): name for name, stated in all_settings().items()}
+            known = {flag: name for name, stated in all_settings().items() for flag in stated.flags(name)}
             if error.option_name not in known:
                 raise
             found = ", ".join(readers(known[error.option_name]))

@@ -73,5 +73,5 @@ def test_the_ranges_are_the_outer_edges_of_the_outer_cells(grid):
     ],
 )
 def test_impossible_grids_are_refused(wrong):
-    with pytest.raises(SettingsError, match="^(grid|m_per_cell|rows|columns): "):
+    with pytest.raises(SettingsError, match=r"^(grid|m_per_cell|rows|columns): "):
         GridSpec(**wrong)

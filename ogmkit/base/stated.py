@@ -42,6 +42,16 @@ class Stated:
     flag: str = ""
     unset: str = ""
 
+    def flags(self, name: str) -> tuple[str, ...]:
+        """The setting's options, such as `--image-size`."""
+        return tuple(self.flag.split()) or (f"--{name.replace('_', '-')}",)
+
+    @property
+    def range(self) -> str:
+        """The numbers that the setting may be, such as `≥ 0, ≤ 1`; empty for no bound."""
+        signs = {"≥": self.low, ">": self.above, "≤": self.high, "<": self.below}
+        return ", ".join(f"{sign} {bound:g}" for sign, bound in signs.items() if bound is not None)
+
 
 def setting(
     default: Any,  # noqa: ANN401  # of the field's type

@@ -3,11 +3,15 @@
 from dataclasses import dataclass
 
 from ogmkit.base.stated import require_stated, setting
+from ogmkit.errors import SettingsError
 
 
 @dataclass(frozen=True)
 class EvaluateSettings:
     """How runs are scored.
+
+    Attributes:
+        samples: number of predictions of each run that are kept for pictures.
 
     Raises:
         SettingsError: a value is out of range.
@@ -37,7 +41,9 @@ class EvaluateSettings:
         flag="--limit-frames",
         unset="all",
     )
-    samples: int = setting(4, "Number of predictions of each run that are kept for pictures.", low=0)
+    samples: int = 4
 
     def __post_init__(self) -> None:
         require_stated(self)
+        if self.samples < 0:
+            raise SettingsError(f"samples: {self.samples} is below 0")

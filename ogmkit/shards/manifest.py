@@ -105,7 +105,8 @@ def read_manifest(out: Path) -> Manifest:
     content = read_json(path)
     if content.get("format") != FORMAT or content.get("format_version") != FORMAT_VERSION:
         raise ShardError(
-            f"{path}: not a {FORMAT} of version {FORMAT_VERSION}; choose a folder that `ogmkit extract` wrote"
+            f"{path}: not an {FORMAT} of version {FORMAT_VERSION}; choose a folder that `ogmkit extract` "
+            "wrote"
         )
     try:
         return Manifest(

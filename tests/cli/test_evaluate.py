@@ -272,7 +272,7 @@ def test_planners_get_the_options_of_both_tables(shards, planners):
         "homography": "surface",
         "cameras": ("CAM_FRONT",),
         "batch_size": 3,
-        "workers": 2,
+        "workers": 1,
         "limit": 7,
     }
 

@@ -34,14 +34,6 @@ def test_sheets_are_written_and_named_on_stdout(shards, tmp_path):
     assert all(cv2.imread(path).shape[1] > 1000 for path in paths)
 
 
-def test_views_offered_are_those_that_can_be_drawn():
-    from ogmkit.pictures.subjects import SUBJECTS
-
-    (option,) = (one for one in main.get_command(None, "preview").params if one.name == "subjects")
-    assert tuple(option.type.choices) == tuple(SUBJECTS)
-    assert option.default == (next(iter(SUBJECTS)),)
-
-
 def test_every_view_of_what_the_commands_made(shards, tmp_path):
     out = tmp_path / "shards"
     shutil.copytree(shards, out)

@@ -9,6 +9,7 @@ from click.testing import CliRunner
 from ogmkit_cli.main import COMMANDS, main
 
 from ogmkit.shards import schema
+from ogmkit.workflow.reference import settings_markdown
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md")))
@@ -113,8 +114,12 @@ def test_every_page_can_be_reached_from_the_readme():
     assert all(f"(docs/{page.name})" in text(ROOT / "README.md") for page in PAGES if page.parent != ROOT)
 
 
-def test_the_documented_schema_is_the_schema():
-    page = text(ROOT / "docs/shards.md")
-    stated = re.search(r"<!-- schema: begin[^>]*-->\n(.*?)<!-- schema: end -->", page, re.DOTALL)
+@pytest.mark.parametrize(
+    ("page", "name", "made"),
+    [("shards.md", "schema", schema.markdown), ("settings.md", "settings", settings_markdown)],
+)
+def test_generated_tables_are_up_to_date(page, name, made):
+    pattern = rf"<!-- {name}: begin[^>]*-->\n(.*?)<!-- {name}: end -->"
+    stated = re.search(pattern, text(ROOT / "docs" / page), re.DOTALL)
 
-    assert stated[1].strip() == schema.markdown().strip()
+    assert stated[1].strip() == made().strip()

@@ -30,7 +30,7 @@ def test_mask_sizes(scale, size):
 
 @pytest.mark.parametrize("scale", [0, -2, math.nan, math.inf])
 def test_a_scale_that_is_no_positive_number_is_refused(scale):
-    with pytest.raises(SettingsError, match="scale: .* is not (above 0|finite)"):
+    with pytest.raises(SettingsError, match=r"scale: .* is not (above 0|finite)"):
         FootprintSettings(scale=scale)
 
 
@@ -42,5 +42,5 @@ def test_masks_of_nothing_and_of_too_much_are_refused():
 
 
 def test_an_unknown_method_is_refused():
-    with pytest.raises(SettingsError, match="unknown method 'wrap'; .* warp"):
+    with pytest.raises(SettingsError, match=r"unknown method 'wrap'; .* warp"):
         FootprintSettings(method="wrap")

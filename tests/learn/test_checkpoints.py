@@ -69,8 +69,8 @@ def test_a_pickle_is_refused_and_not_run(tmp_path):
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        ({"state_dict": {}}, "no checkpoint of ogmkit"),
-        ([1, 2], "no checkpoint of ogmkit"),
+        ({"state_dict": {}}, "not a checkpoint of ogmkit"),
+        ([1, 2], "not a checkpoint of ogmkit"),
         ({"state_dict": {}, "ogmkit": {"format_version": 1}}, "format 1, not 2; train again"),
         ({"state_dict": {}, "ogmkit": {"format_version": 99}}, "format 99, not 2"),
         ({"state_dict": {}, "ogmkit": {"format_version": 2}}, "says of itself is damaged"),

@@ -109,14 +109,14 @@ DAMAGE = {
         "calibration-1-CAM_FRONT",
         {"rotation": [2, 0, 0, 0]},
         "R301",
-        "no unit quaternion",
+        "not a unit quaternion",
     ),
     "box rotation NaN": (
         "sample_annotation",
         "annotation-1-2-vehicle.car",
         {"rotation": [1, NAN, 0, 0]},
         "R301",
-        "no unit quaternion",
+        "not a unit quaternion",
     ),
     "translation infinite": (
         "ego_pose",
@@ -180,7 +180,7 @@ DAMAGE = {
         "calibration-1-CAM_FRONT",
         {"camera_intrinsic": [[20, 0, 15, 0], [0, 20, 15, 0], [0, 0, 1, 0]]},
         "R305",
-        "no invertible 3×3",
+        "not an invertible 3×3",
     ),
     "intrinsics empty": (
         "calibrated_sensor",

@@ -74,9 +74,9 @@ def test_an_official_split_without_a_scene_here(small_root, damage):
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        ("", "no JSON"),
-        ("<html>", "no JSON"),
-        ("[" * 100_000, "no JSON"),
+        ("", "not JSON"),
+        ("<html>", "not JSON"),
+        ("[" * 100_000, "not JSON"),
         ('["scene-0001"]', "no object"),
         ('{"train": "scene-0001"}', "'train' is not a list"),
         ('{"train": [1]}', "'train' is not a list"),

@@ -64,8 +64,8 @@ def test_the_legend_takes_the_lines_that_it_needs():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"scenes": ("scene-0009",)}, "no scene 'scene-0009'; it has scene-0001, scene-0002"),
-        ({"cameras": ("CAM_BACK",)}, "no camera 'CAM_BACK'; it has CAM_FRONT"),
+        ({"scenes": ("scene-0009",)}, "unknown scene 'scene-0009'; did you mean scene-0002 or scene-0001"),
+        ({"cameras": ("CAM_BACK",)}, "unknown camera 'CAM_BACK'; there are: CAM_FRONT"),
         ({"settings": PreviewSettings(("stretch",), "full-body")}, "set 'full-body' would be drawn twice"),
     ],
 )

@@ -299,7 +299,7 @@ def test_a_failed_run_leaves_nothing_behind(tmp_path):
     ],
 )
 def test_wrong_settings_are_refused(wrong):
-    with pytest.raises(SettingsError, match="^[a-z_]+: "):
+    with pytest.raises(SettingsError, match=r"^[a-z_]+: "):
         SynthesisSettings(**wrong)
 
 

@@ -81,7 +81,7 @@ def test_weights_of_another_network_are_named(tmp_path):
 def test_a_file_that_holds_no_weights_is_named(tmp_path, content):
     path = tmp_path / "weights.pth"
     path.write_bytes(content)
-    with pytest.raises(CheckpointError, match="no file of weights") as error:
+    with pytest.raises(CheckpointError, match="not a file of weights") as error:
         ImageEncoder("resnet18", str(path))
     assert str(path) in one_line(error)
 
