@@ -24,8 +24,8 @@ from .text import json_text
 def command(dataroot: Path, version: str | None, as_json: bool, strict: bool) -> None:
     """Check a dataset against numbered rules.
 
-    Looks at all tables and at all files that they name, and lists each broken rule with how often it is
-    broken and first examples. An error is what makes the extraction of some scene fail whatever the settings;
+    Checks all tables and all files that they name. Lists each broken rule with its count and the first
+    examples. An error is what makes the extraction of some scene fail whatever the settings;
     everything else is a warning. Exit code 1 where there is an error, with --strict also a warning.
 
     Fields of --json: errors and warnings (how many rules are broken), findings (a list: rule, severity,

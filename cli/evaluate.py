@@ -18,6 +18,8 @@ from .progress import progress
 from .record_options import record_options
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from ogmkit.evaluation.planning.result import PlanEvaluation
     from ogmkit.evaluation.result import Evaluation
     from ogmkit.learn.predict.run import Run
@@ -30,18 +32,33 @@ PICTURE_FRAMES = 4
 
 
 @dataclass(frozen=True)
-class _Output:
-    """What is written.
+class _Call:
+    """What both tables share.
 
     Attributes:
+        shards: the folder.
+        settings: how runs are scored.
+        common: other arguments of either evaluation.
         form: the format on stdout.
         all_tables: False writes the headline alone.
         pictures: folder for pictures; None draws none.
     """
 
+    shards: Path
+    settings: EvaluateSettings
+    common: dict[str, Any]
     form: str
     all_tables: bool
     pictures: Path | None
+
+    def write(self, evaluation: Evaluation | PlanEvaluation) -> None:
+        """Write a table to stdout."""
+        click.echo(_written(evaluation, self.form, self.all_tables), nl=False)
+
+    def name(self, pictures: Iterable[Path]) -> None:
+        """Name the pictures on stderr, as they are drawn."""
+        for path in pictures:
+            note(str(path))
 
 
 @click.command(
@@ -86,7 +103,7 @@ def command(
     """Score trained networks by the paper's tables.
 
     Grids by IoU, plans by displacement. SHARDS is a folder that `ogmkit extract` wrote; each RUN a folder
-    that `ogmkit train` wrote, of which the best checkpoint is taken, or a checkpoint. Runs that predict grids
+    that `ogmkit train` wrote, whose best checkpoint is used, or a checkpoint. Runs that predict grids
     go to the first table, as do the rows that need no RUN; planners to the second. 95 % intervals come from
     resampling scenes, and need more than one.
 
@@ -96,18 +113,18 @@ def command(
     often connected components tell neighbouring vehicles apart.
 
     \b
-    Rows that need no RUN, and stand below:
+    Rows that need no RUN, below the others:
     all-drivable       drivable everywhere, vehicles nowhere
     mean-map           the mean of the split train, by camera
-    ceiling-SOURCE     true footprints, warped by a homography: what it alone costs
-    ceiling-full-body  true whole bodies, warped alike: what the stretch alone costs
+    ceiling-SOURCE     true footprints warped by a homography: the error of the homography alone
+    ceiling-full-body  true whole bodies warped likewise: the error of the stretch alone
 
     Plans: ADE, L1 longitudinal and lateral at 0.5, 1.5 and 2.5 s. --all adds intervals, the means up to these
     horizons, the likelihood of the truth, how many truths the distributions' ellipses hold, and how many
     predicted points are off the drivable area or in a vehicle.
 
     \b
-    Rows that stand below those of planners:
+    Rows below those of planners:
     truth              what was driven
     constant-velocity  the last displacement, repeated
     straight-line      equal steps to the destination
@@ -127,14 +144,14 @@ def command(
 
         make_folder(pictures, shards)
     settings = replace(settings, samples=0 if pictures is None else PICTURE_FRAMES)
-    output = _Output(form, all_tables, pictures)
     common = {"split_file": split_file, "cameras": cameras, "workers": workers}
+    call = _Call(shards, settings, common, form, all_tables, pictures)
     if grids or not planners:
-        _grids(shards, grids or opened, settings, output, common)
+        _grids(call, grids or opened)
     if grids and planners:
         click.echo()
     if planners:
-        _plans(shards, planners, settings, output, common)
+        _plans(call, planners)
 
 
 def open_runs(paths: tuple[Path, ...]) -> list[Run]:
@@ -167,55 +184,41 @@ def _tabled(shards: Path, runs: list[Run]) -> list[Run]:
     return tabled
 
 
-def _grids(
-    shards: Path,
-    runs: list[Run],
-    settings: EvaluateSettings,
-    output: _Output,
-    common: dict[str, Any],
-) -> None:
+def _grids(call: _Call, runs: list[Run]) -> None:
     """The first table."""
     from ogmkit.evaluation.evaluate import evaluate
 
     with progress(None, "frames", "evaluate") as advance:
-        evaluation = evaluate(shards, runs, settings, **common, on_progress=advance)
-    click.echo(_written(evaluation, output), nl=False)
-    if output.pictures is not None:
+        evaluation = evaluate(call.shards, runs, call.settings, **call.common, on_progress=advance)
+    call.write(evaluation)
+    if call.pictures is not None:
         from ogmkit.pictures.evaluation_sheet import draw_evaluation
 
-        for path in draw_evaluation(shards, evaluation, output.pictures):
-            note(str(path))
+        call.name(draw_evaluation(call.shards, evaluation, call.pictures))
 
 
-def _plans(
-    shards: Path,
-    runs: list[Run],
-    settings: EvaluateSettings,
-    output: _Output,
-    common: dict[str, Any],
-) -> None:
+def _plans(call: _Call, runs: list[Run]) -> None:
     """The second table."""
     from ogmkit.evaluation.planning.evaluate import evaluate_plans
 
     with progress(None, "sequences", "evaluate plans") as advance:
-        evaluation = evaluate_plans(shards, runs, settings, **common, on_progress=advance)
-    click.echo(_written(evaluation, output), nl=False)
-    if output.pictures is not None:
+        evaluation = evaluate_plans(call.shards, runs, call.settings, **call.common, on_progress=advance)
+    call.write(evaluation)
+    if call.pictures is not None:
         from ogmkit.pictures.planning_sheet import draw_plans
 
-        for path in draw_plans(shards, evaluation, output.pictures):
-            note(str(path))
+        call.name(draw_plans(call.shards, evaluation, call.pictures))
 
 
-def _written(evaluation: Evaluation | PlanEvaluation, output: _Output) -> str:
+def _written(evaluation: Evaluation | PlanEvaluation, form: str, all_tables: bool) -> str:
     """The evaluation in a format."""
     from ogmkit.evaluation import formats
 
-    if output.form in ROWS:
-        return {"csv": formats.as_csv, "json": formats.as_json}[output.form](evaluation)
-    if output.form == "text":
+    if form in ROWS:
+        return {"csv": formats.as_csv, "json": formats.as_json}[form](evaluation)
+    if form == "text":
         from .evaluate_text import report_text
 
-        return report_text(formats.report_of(evaluation, output.all_tables))
+        return report_text(formats.report_of(evaluation, all_tables))
     writers = {"markdown": formats.as_markdown, "latex": formats.as_latex}
-    return writers[output.form](evaluation, output.all_tables)
+    return writers[form](evaluation, all_tables)

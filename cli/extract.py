@@ -60,7 +60,7 @@ _NAMED = 3
 @cache_dir_option
 @click.option("--overwrite", is_flag=True, help="Rebuild existing shards; other settings are allowed.")
 @click.option("--strict", is_flag=True, help="Stop at the first scene that fails.")
-@click.option("--dry-run", is_flag=True, help="Say what would be done, and write nothing.")
+@click.option("--dry-run", is_flag=True, help="Show what would be done; write nothing.")
 def command(
     dataroot: Path,
     out: Path,

@@ -45,14 +45,12 @@ from .text import json_text
 @cameras_option()
 @record_options(FitSettings, "settings")
 @workers_option
-@click.option(
-    "--overwrite", is_flag=True, help="Fit existing homographies again; other settings are allowed."
-)
+@click.option("--overwrite", is_flag=True, help="Refit existing homographies; other settings are allowed.")
 @click.option(
     "--plot",
     type=FILE,
     metavar="FILE",
-    help="PNG file for a picture of the errors by method and distance.",
+    help="PNG file for a plot of the errors by method and distance.",
 )
 @json_option
 def command(
@@ -69,10 +67,10 @@ def command(
 
     Adds a group homography/<method> to each camera of SHARDS, a folder that `ogmkit extract`
     wrote, and shows the errors of each method: each box is left out of a fit and measured. `surface` and
-    `calibration` take no notice of the options on corners. A frame for which a method has no answer is marked
+    `calibration` ignore the options on corners. A frame for which a method has no answer is marked
     invalid, with the reason. To resume after an interruption, run the same command again.
 
-    Fields of --json: shards, kept (shards that had it all before), seconds, methods (a list: method, frames,
+    Fields of --json: shards, kept (shards that already complete), seconds, methods (a list: method, frames,
     valid, residual_px and residual_cells (medians), left_out (by distance: from_m, to_m, boxes, median_m,
     p90_m, refused_share), invalid (reason, frames)). What was not measured is null.
     """

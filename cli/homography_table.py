@@ -23,7 +23,7 @@ def summary_lines(summary: HomographySummary) -> Iterator[str]:
     frames = summary.methods[0].frames
     yield (
         f"{with_number(frames, 'frame')} in {with_number(summary.shards, 'shard')} "
-        f"({summary.kept} had it all before), {summary.seconds:.1f} s"
+        f"({summary.kept} already complete), {summary.seconds:.1f} s"
     )
     yield ""
     header = ("method", "valid", "residual px", "residual cells")

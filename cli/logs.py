@@ -47,14 +47,14 @@ def log_options() -> list[click.Option]:
             is_flag=True,
             expose_value=False,
             callback=_verbose,
-            help="Also write details to stderr, with the time.",
+            help="Also write details to stderr, with timestamps.",
         ),
         click.Option(
             ["-q", "--quiet"],
             is_flag=True,
             expose_value=False,
             callback=_quiet,
-            help="Write nothing but errors to stderr: no progress, no notes.",
+            help="Write only errors to stderr: no progress, no notes.",
         ),
         click.Option(
             ["--log-file"],
@@ -62,7 +62,7 @@ def log_options() -> list[click.Option]:
             metavar="FILE",
             expose_value=False,
             callback=_log_file,
-            help="Append all log lines to FILE, with the time.",
+            help="Append all log lines to FILE, with timestamps.",
         ),
     ]
 

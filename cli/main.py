@@ -18,7 +18,7 @@ from .terminal import adapt
 from .text import one_line
 
 COMMANDS = {
-    "synthesize": "Make a nuScenes-style dataset out of nothing.",
+    "synthesize": "Generate a synthetic nuScenes-style dataset.",
     "check": "Check a dataset against numbered rules.",
     "inspect": "Show what a dataset, shards, a training or a checkpoint holds.",
     "extract": "Turn a dataset into training targets, one HDF5 shard a scene.",
@@ -28,7 +28,7 @@ COMMANDS = {
     "train": "Train a network on shards.",
     "predict": "Predict with a trained network.",
     "evaluate": "Score trained networks by the paper's tables.",
-    "run": "Make shards, networks and both tables in one go.",
+    "run": "Run the whole chain: shards, networks, both tables.",
     "export": "Export a trained network to ONNX.",
     "preview": "Draw contact sheets of extracted frames.",
 }

@@ -43,7 +43,7 @@ def command() -> None:
     metavar="NAME",
     default="network",
     show_default=True,
-    help="What the homographies are called: network or network-….",
+    help="Name of the homographies: network or network-….",
 )
 @cameras_option()
 @batch_size_option

@@ -36,20 +36,28 @@ checkpoint_option = click.option(
     type=EXISTING,
     metavar="RUN",
     required=True,
-    help="Folder that `ogmkit train` wrote, of which the best checkpoint is taken; or a checkpoint.",
+    help="Folder that `ogmkit train` wrote, whose best checkpoint is used; or a checkpoint.",
 )
 source_argument = click.argument("source", type=EXISTING_FOLDER)
 limit_option = click.option(
-    "--limit-frames", "limit", type=click.IntRange(min=1), show_default="all", help="Frames, evenly spread."
+    "--limit-frames",
+    "limit",
+    type=click.IntRange(min=1),
+    show_default="all",
+    help="Maximum number of frames, evenly spread.",
 )
 homography_checkpoint_option = click.option(
     "--homography-checkpoint",
     type=EXISTING,
     metavar="RUN",
-    help="Run of homography that says how images get to the plane, with --calibration.",
+    help="RUN of homography that gives the way to the plane, with --calibration.",
 )
 batch_size_option = click.option(
-    "--batch-size", type=click.IntRange(min=1), default=8, show_default=True, help="Frames at a time."
+    "--batch-size",
+    type=click.IntRange(min=1),
+    default=8,
+    show_default=True,
+    help="Number of frames in a batch.",
 )
 
 OF_SHARDS = ("--homography", "--scenes", "--split", "--split-file", "--camera", "--limit-frames")
@@ -85,7 +93,7 @@ _OPTIONS = (
         type=FOLDER,
         metavar="FOLDER",
         required=True,
-        help="Folder for the files; those of the same names are replaced.",
+        help="Folder for the files; existing files of the same names are replaced.",
     ),
     click.option(
         "--format",
@@ -99,7 +107,7 @@ _OPTIONS = (
         "--calibration",
         type=EXISTING_FILE,
         metavar="FILE",
-        help="What is known of the camera or LiDAR, where SOURCE holds no shards.",
+        help="Calibration of the camera or LiDAR, where SOURCE holds no shards.",
     ),
     scenes_option,
     splits_option,

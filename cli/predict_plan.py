@@ -57,10 +57,10 @@ _CHOICE = ("scenes", "splits", "split_file", "cameras", "limit")
     type=click.IntRange(min=0),
     default=0,
     show_default=True,
-    help="Trajectories to draw from each plan; each step by itself.",
+    help="Number of trajectories to draw from each plan, each step independently.",
 )
 @click.option(
-    "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of what --samples draws."
+    "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Random seed for --samples."
 )
 @click.option(
     "--calibration",
@@ -93,7 +93,8 @@ def plan(source: Path, out: Path | None, calibration: Path | None, **values: Any
 
     An object holds destination and plan: for 0.5, 1.0 … 2.5 s the mean (x, y), standard deviations (sigma_x,
     sigma_y) and correlation (rho) of a Gaussian, in metres, x ahead and y left of the last image's ego. With
-    --samples there are trajectories drawn from these, each step by itself. Nothing else goes to stdout.
+    --samples there are trajectories drawn from these, each step independently. Nothing else is written to
+    stdout.
     """
     require_fitting(calibration, values["homography_checkpoint"], (*OF_SHARDS, "--batch-size", "--workers"))
     require_train()

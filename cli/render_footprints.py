@@ -26,7 +26,7 @@ from .text import with_number
 @record_options(FootprintSettings, "settings")
 @cameras_option()
 @workers_option
-@click.option("--overwrite", is_flag=True, help="Render an existing set again; other settings are allowed.")
+@click.option("--overwrite", is_flag=True, help="Rebuild an existing set; other settings are allowed.")
 def command(
     shards: Path,
     settings: FootprintSettings,
@@ -52,7 +52,7 @@ def command(
         )
     click.echo(
         f"{summary.name}: {with_number(summary.frames, 'frame')} in {with_number(summary.shards, 'shard')} "
-        f"({summary.kept} had it all before), {summary.seconds:.1f} s"
+        f"({summary.kept} already complete), {summary.seconds:.1f} s"
     )
     if summary.invalid:
         frames = with_number(summary.invalid, "frame")

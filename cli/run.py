@@ -36,11 +36,11 @@ UP_TO_DATE, TO_DO = "up to date", "to be done"
 )
 @click.argument("config", type=EXISTING_FILE)
 @click.option(
-    "--plan", "planning", is_flag=True, help="Say which steps would be done, and why; write nothing."
+    "--plan", "planning", is_flag=True, help="Show which steps would be done, and why; write nothing."
 )
 @json_option
 def command(config: Path, planning: bool, as_json: bool) -> None:
-    """Make shards, networks and both tables in one go.
+    """Run the whole chain: shards, networks, both tables.
 
     CONFIG is a YAML file: the dataset (`data`), a folder for everything (`out`), and settings of the steps by
     the names that the single commands give them; see examples/ in the repository. The steps: extract,

@@ -23,7 +23,7 @@ from .text import with_number
 @click.argument("out", type=ANY)
 @record_options(SynthesisSettings, "settings")
 def command(out: Path, settings: SynthesisSettings) -> None:
-    """Make a nuScenes-style dataset out of nothing.
+    """Generate a synthetic nuScenes-style dataset.
 
     OUT must be absent or empty. The dataset has all tables, map masks and map expansions, rendered camera
     images and LiDAR sweeps, and a splits.json.

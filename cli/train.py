@@ -21,7 +21,7 @@ _HELP = """Train {system}: {help}.
 
 SHARDS is a folder that `ogmkit extract` wrote. The defaults are the paper's. RUN gets config.yaml,
 splits.json, metrics.csv, tensorboard/, samples.png, last.ckpt and best.ckpt. Ctrl-C finishes the step and
-saves. To resume, run the same command again; on a CPU the weights come out as if nothing had happened.
+saves. To resume, run the same command again; on a CPU, the weights are the same as without the interruption.
 """
 _EXAMPLES = (
     "ogmkit train {system} shards --out runs/{system}",
@@ -111,7 +111,7 @@ def system_command(entry: SystemEntry) -> TrainCommand:
     @click.option("--print-config", is_flag=True, help="Write the settings as YAML, and train nothing.")
     @setting_options(entry.settings)
     @shards_split_file_option
-    @click.option("--overwrite", is_flag=True, help="Start over where RUN holds a training.")
+    @click.option("--overwrite", is_flag=True, help="Start over if RUN holds a training.")
     def train_system(
         shards: Path,
         run: Path | None,

@@ -3,6 +3,7 @@
 import hashlib
 import json
 import os
+import shutil
 from pathlib import Path
 
 import hypothesis
@@ -147,9 +148,16 @@ def make_run():
 
 
 @pytest.fixture(scope="session")
-def make_sample_shards(tiny_dataroot, tmp_path_factory):
-    """A folder of shards of the tiny dataset on a small grid, the ego off its middle: `make(**targets)`."""
+def sample_grid():
+    """A small grid, the ego off its middle."""
     from ogmkit.grid import GridSpec
+
+    return GridSpec(0.5, 60, 40, 60.0, 15.0)
+
+
+@pytest.fixture(scope="session")
+def make_sample_shards(tiny_dataroot, sample_grid, tmp_path_factory):
+    """A folder of shards of the tiny dataset on that grid: `make(**targets)`."""
     from ogmkit.nuscenes.dataset import Dataset
     from ogmkit.pipeline.extract import extract
     from ogmkit.shards.settings import ExtractSettings
@@ -157,8 +165,7 @@ def make_sample_shards(tiny_dataroot, tmp_path_factory):
 
     def make(**targets):
         out = tmp_path_factory.mktemp("shards") / "out"
-        grid = GridSpec(0.5, 60, 40, 60.0, 15.0)
-        settings = ExtractSettings(TargetSettings(grid, **targets), ("CAM_BACK", "CAM_FRONT"))
+        settings = ExtractSettings(TargetSettings(sample_grid, **targets), ("CAM_BACK", "CAM_FRONT"))
         with Dataset(tiny_dataroot) as dataset:
             scenes, splits = dataset.scene_names(), dataset.splits()
             cache = tmp_path_factory.mktemp("cache")
@@ -189,3 +196,9 @@ def sample_shards(make_sample_shards):
     ):
         render_footprints(out, settings)
     return out
+
+
+@pytest.fixture
+def copied_shards(sample_shards, tmp_path):
+    """A copy of the sample shards, to be changed."""
+    return shutil.copytree(sample_shards, tmp_path / "out")

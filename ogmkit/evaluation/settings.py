@@ -36,7 +36,7 @@ class EvaluateSettings:
     batch_size: int = setting(8, "Number of frames, or sequences of six, in a batch.", low=1)
     limit: int | None = setting(
         None,
-        "Number of frames, or sequences, of each split, evenly spread.",
+        "Maximum number of frames, or sequences, of each split, evenly spread.",
         low=1,
         flag="--limit-frames",
         unset="all",

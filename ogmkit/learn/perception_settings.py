@@ -22,7 +22,7 @@ class EncoderTraining(TrainSettings):
         "File of weights; or a name such as imagenet, which is downloaded.",
         "Model",
         form="FILE|NAME",
-        unset="begin at random",
+        unset="random weights",
     )
 
     def for_prediction(self) -> Self:
@@ -90,7 +90,7 @@ class FootprintsTraining(MaskTraining):
 
     system: ClassVar[str] = "footprints"
     bev_loss: bool = setting(False, "Add a loss in BEV, which the paper found to diverge.", "Optimisation")
-    target: str = setting("surface", "Homographies that --bev-loss warps by.", "Data", form="SOURCE")
+    target: str = setting("surface", "Homographies that --bev-loss warps with.", "Data", form="SOURCE")
 
     @property
     def homographies_read(self) -> Mapping[str, str]:

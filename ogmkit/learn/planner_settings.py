@@ -29,7 +29,7 @@ class PlannerTraining(TrainSettings):
 class ObservingTraining(PlannerTraining):
     """Of a planner that sees more than the past, and may do without it."""
 
-    no_past: bool = setting(False, "Leave out the past trajectory.", "Model")
+    no_past: bool = setting(False, "Do without the past trajectory.", "Model")
 
     @property
     def sees_past(self) -> bool:
@@ -60,7 +60,7 @@ class RecomputingTraining(ImageTraining):
     """Of a planner with an encoder for six images at once."""
 
     checkpoint_gradients: bool = setting(
-        False, "Less memory for more time: go through residual blocks twice.", "Run"
+        False, "Recompute the activations of residual blocks: less memory, more time.", "Run"
     )
 
     def for_prediction(self) -> Self:
@@ -96,14 +96,12 @@ class HolisticTraining(PoolingTraining, MaskTraining, RecomputingTraining):
     system: ClassVar[str] = "holistic-cv"
     perception: str | None = setting(
         None,
-        "Run of footprints that the perception begins with.",
+        "RUN of footprints that the perception starts from.",
         "Model",
         form="RUN",
-        unset="begin at random",
+        unset="random weights",
     )
-    freeze: bool = setting(
-        False, "Keep that perception as it is, and train the planner alone.", "Optimisation"
-    )
+    freeze: bool = setting(False, "Freeze the perception and train the planner only.", "Optimisation")
     perception_weight: float = setting(
         0.1, "Weight of the perception's loss beside the motion's.", "Optimisation", low=0
     )
@@ -119,7 +117,7 @@ class WarpedTraining(HolisticTraining):
     """Of `holistic`."""
 
     system: ClassVar[str] = "holistic"
-    warp: str = setting("network", "Homographies that lead to the plane.", "Data", form="SOURCE")
+    warp: str = setting("network", "Homographies used to warp masks to the plane.", "Data", form="SOURCE")
 
     @property
     def homographies_read(self) -> Mapping[str, str]:

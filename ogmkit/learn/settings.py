@@ -40,28 +40,32 @@ class TrainSettings:
         unset="the shards' splits",
     )
     limit_frames: int | None = setting(
-        None, "Number of frames, or sequences, of each split, evenly spread.", "Data", low=1, unset="all"
+        None,
+        "Maximum number of frames, or sequences, of each split, evenly spread.",
+        "Data",
+        low=1,
+        unset="all",
     )
     flip: float = setting(0.0, "Probability of a horizontal flip.", "Data", low=0, high=1)
     epochs: int = setting(100, "Number of passes over the frames, or sequences.", "Optimisation", low=1)
     max_steps: int | None = setting(
-        None, "Number of optimiser steps at most.", "Optimisation", low=1, unset="no bound"
+        None, "Maximum number of optimiser steps.", "Optimisation", low=1, unset="no bound"
     )
     batch_size: int = setting(
         8, "Frames, or sequences, in a batch; with --accumulate, in each part of one.", "Optimisation", low=1
     )
-    accumulate: int = setting(1, "Batches whose gradients make one step.", "Optimisation", low=1)
+    accumulate: int = setting(
+        1, "Number of batches whose gradients are accumulated for a step.", "Optimisation", low=1
+    )
     optimizer: Optimizer = setting("sgd", "Optimiser.", "Optimisation")
     lr: float = setting(1e-3, "Learning rate.", "Optimisation", low=0, high=1e3)
     schedule: Schedule = setting(
-        "constant", "Learning rate over all steps: constant, or down to 0 along a cosine.", "Optimisation"
+        "constant", "Schedule of the learning rate: constant, or cosine decay to 0.", "Optimisation"
     )
     momentum: float = setting(0.9, "Momentum of sgd.", "Optimisation", low=0, high=1)
-    weight_decay: float = setting(0.0, "Decay of all weights.", "Optimisation", low=0, high=1)
-    clip_norm: float = setting(
-        0.0, "Norm that larger gradients are scaled down to; 0 leaves them.", "Optimisation", low=0
-    )
-    seed: int = setting(0, "Seed of everything random.", "Run", low=0, high=2**31 - 1)
+    weight_decay: float = setting(0.0, "Weight decay.", "Optimisation", low=0, high=1)
+    clip_norm: float = setting(0.0, "Maximum norm of gradients; 0 for no clipping.", "Optimisation", low=0)
+    seed: int = setting(0, "Random seed.", "Run", low=0, high=2**31 - 1)
     workers: int = setting(
         1,
         "Number of worker processes that read samples; 0 or 1 reads in this process.",
@@ -70,7 +74,7 @@ class TrainSettings:
         high=1024,
     )
     devices: int | None = setting(
-        None, "Number of GPUs; of processes where there is no GPU.", "Run", low=1, high=1024, unset="1"
+        None, "Number of GPUs, or of processes on a machine without one.", "Run", low=1, high=1024, unset="1"
     )
     precision: Precision = setting("32-true", "Precision of the arithmetic.", "Run")
     checkpoint_every: int = setting(

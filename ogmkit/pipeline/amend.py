@@ -140,7 +140,7 @@ def _found(tasks: Sequence[_Task[Report]]) -> str:
         with_number(sum(task.frames for task in tasks), "frame"),
     )
     there = sum(not task.pending for task in tasks)
-    done = f"; {with_number(there, 'scene')} had it all before" if there else ""
+    done = f"; {with_number(there, 'scene')} already complete" if there else ""
     return f"{scenes}, {frames} of {', '.join(tasks[0].cameras)}{done}"
 
 

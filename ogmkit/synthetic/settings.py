@@ -27,7 +27,7 @@ class SynthesisSettings:
         flag="--num-scenes",
     )
     frames: int = setting(20, "Number of key frames per scene, half a second apart.", low=1, high=2000)
-    seed: int = setting(0, "Seed of everything random.", low=0, high=2**63 - 1)
+    seed: int = setting(0, "Random seed.", low=0, high=2**63 - 1)
     version: str = setting("v1.0-mini", "Folder of the tables.", form="NAME")
     cameras: tuple[str, ...] = setting(
         tuple(CAMERA_MOUNTS),

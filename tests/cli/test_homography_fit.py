@@ -54,7 +54,7 @@ def test_it_tells_what_the_methods_are_worth(out, complaints):
     result = run(out, "--method", "surface", "--method", "robust")
     assert (result.exit_code, complaints(result.stderr)) == (0, "")
     lines = result.stdout.splitlines()
-    assert lines[0].startswith("32 frames in 2 shards (0 had it all before)")
+    assert lines[0].startswith("32 frames in 2 shards (0 already complete)")
     surface, robust = (
         [line for line in lines if re.match(rf"{name} +\S", line)] for name in ("surface", "robust")
     )
@@ -100,7 +100,7 @@ def test_many_reasons_are_counted_instead_of_listed(out):
 
 def test_a_second_run_says_that_all_was_there(out):
     first, second = run(out), run(out)
-    assert "(2 had it all before)" in second.stdout
+    assert "(2 already complete)" in second.stdout
     assert second.stdout.splitlines()[1:] == first.stdout.splitlines()[1:]
 
 

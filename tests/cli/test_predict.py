@@ -63,7 +63,7 @@ def test_homographies_are_added_and_shown(out, runs, complaints):
     result = run("homography", out, "--checkpoint", runs["homography"], "--name", "network-mine")
     assert (result.exit_code, complaints(result.stderr)) == (0, "")
     lines = result.stdout.splitlines()
-    assert lines[0].startswith("16 frames in 2 shards (0 had it all before), ")
+    assert lines[0].startswith("16 frames in 2 shards (0 already complete), ")
     assert re.match(r"network-mine +16 of 16 ", lines[3])
     assert "Left-out boxes by distance" in result.stdout
     assert verify_folder(out) == ()

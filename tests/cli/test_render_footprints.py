@@ -45,8 +45,8 @@ def test_the_options_have_the_librarys_defaults():
 def test_it_tells_what_was_made(out, complaints):
     result = run(out)
     assert (result.exit_code, complaints(result.stderr)) == (0, "")
-    assert result.stdout.startswith("surface: 32 frames in 2 shards (0 had it all before), ")
-    assert "(2 had it all before)" in run(out).stdout
+    assert result.stdout.startswith("surface: 32 frames in 2 shards (0 already complete), ")
+    assert "(2 already complete)" in run(out).stdout
     assert verify_folder(out) == ()
 
 

@@ -67,5 +67,5 @@ def test_a_fit_tells_what_it_found_and_what_is_done(tmp_path, undisturbed, told)
     fit_shards(out, ("calibration",), FitSettings())
     assert told == [
         Found("2 scenes, 32 frames of CAM_BACK, CAM_FRONT; in this process"),
-        Found("2 scenes, 32 frames of CAM_BACK, CAM_FRONT; 2 scenes had it all before; in this process"),
+        Found("2 scenes, 32 frames of CAM_BACK, CAM_FRONT; 2 scenes already complete; in this process"),
     ]

@@ -23,18 +23,18 @@ def places(index):
 
 
 @pytest.fixture
-def change(copied):
+def change(copied_shards):
     """Overwrite a dataset of CAM_FRONT in a scene's shard, in the copy."""
 
     def write(name, values, scene="scene-0001", camera="CAM_FRONT"):
-        with h5py.File(copied / f"{scene}.h5", "r+") as h5:
+        with h5py.File(copied_shards / f"{scene}.h5", "r+") as h5:
             h5[f"{camera}/{name}"][...] = values
 
     return write
 
 
-def test_all_frames_of_scenes_and_cameras_in_order(shards, grid):
-    index = index_frames(shards, SCENES[::-1], ["CAM_FRONT", "CAM_BACK"], needs=IMAGE)
+def test_all_frames_of_scenes_and_cameras_in_order(sample_shards, sample_grid):
+    index = index_frames(sample_shards, SCENES[::-1], ["CAM_FRONT", "CAM_BACK"], needs=IMAGE)
 
     assert places(index) == [
         (scene, camera, frame)
@@ -42,15 +42,15 @@ def test_all_frames_of_scenes_and_cameras_in_order(shards, grid):
         for camera in ("CAM_FRONT", "CAM_BACK")
         for frame in range(8)
     ]
-    assert index.grid == grid
+    assert index.grid == sample_grid
 
 
-def test_no_camera_stands_for_all(shards):
-    assert index_frames(shards, SCENES[:1], [], needs=IMAGE).cameras == ("CAM_BACK", "CAM_FRONT")
+def test_no_camera_stands_for_all(sample_shards):
+    assert index_frames(sample_shards, SCENES[:1], [], needs=IMAGE).cameras == ("CAM_BACK", "CAM_FRONT")
 
 
-def test_the_index_is_light(shards):
-    index = index_frames(shards, SCENES, [], needs=IMAGE)
+def test_the_index_is_light(sample_shards):
+    index = index_frames(sample_shards, SCENES, [], needs=IMAGE)
 
     data = pickle.dumps(index)
 
@@ -63,21 +63,21 @@ def test_the_index_is_light(shards):
     [(SampleSpec(homography="dlt"), "homography/dlt"), (SampleSpec((45, 80), masks="dlt"), "footprints/dlt")],
     ids=["homography", "masks"],
 )
-def test_frames_without_something_valid_are_left_out_unless_asked_for(shards, needs, source):
+def test_frames_without_something_valid_are_left_out_unless_asked_for(sample_shards, needs, source):
     expected = []
     for scene in SCENES:
-        with h5py.File(shards / f"{scene}.h5") as h5:
+        with h5py.File(sample_shards / f"{scene}.h5") as h5:
             expected += [(scene, "CAM_FRONT", i) for i in np.flatnonzero(h5[f"CAM_FRONT/{source}/valid"])]
     assert 0 < len(expected) < 16
 
-    assert places(index_frames(shards, SCENES, ["CAM_FRONT"], needs=needs)) == expected
-    assert len(index_frames(shards, SCENES, ["CAM_FRONT"], needs=needs, valid_only=False)) == 16
+    assert places(index_frames(sample_shards, SCENES, ["CAM_FRONT"], needs=needs)) == expected
+    assert len(index_frames(sample_shards, SCENES, ["CAM_FRONT"], needs=needs, valid_only=False)) == 16
 
 
-def test_frames_without_a_valid_trajectory_are_left_out(copied, change):
+def test_frames_without_a_valid_trajectory_are_left_out(copied_shards, change):
     change("trajectory/valid", np.arange(8) % 3 == 0)
 
-    index = index_frames(copied, SCENES, ["CAM_FRONT"], needs=TRAJECTORY)
+    index = index_frames(copied_shards, SCENES, ["CAM_FRONT"], needs=TRAJECTORY)
 
     assert places(index) == [("scene-0001", "CAM_FRONT", frame) for frame in (0, 3, 6)]
 
@@ -85,17 +85,17 @@ def test_frames_without_a_valid_trajectory_are_left_out(copied, change):
 @pytest.mark.parametrize(
     ("limit", "frames"), [(1, [0]), (3, [0, 2, 5]), (7, [0, 1, 2, 3, 4, 5, 6]), (8, range(8)), (99, range(8))]
 )
-def test_a_limit_takes_evenly_spread_frames(shards, limit, frames):
-    index = index_frames(shards, SCENES[:1], ["CAM_FRONT"], needs=IMAGE, limit=limit)
+def test_a_limit_takes_evenly_spread_frames(sample_shards, limit, frames):
+    index = index_frames(sample_shards, SCENES[:1], ["CAM_FRONT"], needs=IMAGE, limit=limit)
 
     assert index.frame.tolist() == list(frames)
 
 
-def test_sequences_are_unbroken_runs_of_six(copied, change):
+def test_sequences_are_unbroken_runs_of_six(copied_shards, change):
     change("trajectory/valid", True)
     change("trajectory/valid", np.arange(8) != 6, scene="scene-0002")
 
-    index = index_sequences(copied, SCENES, ["CAM_FRONT"], needs=TRAJECTORY)
+    index = index_sequences(copied_shards, SCENES, ["CAM_FRONT"], needs=TRAJECTORY)
 
     assert places(index) == [
         ("scene-0001", "CAM_FRONT", 5),
@@ -109,23 +109,23 @@ def test_sequences_are_unbroken_runs_of_six(copied, change):
 @pytest.mark.parametrize(
     ("gap_s", "frames"), [(0.75, [5, 6, 7]), (0.76, [7])], ids=["longest allowed", "too long"]
 )
-def test_a_gap_breaks_a_sequence(copied, change, gap_s, frames):
+def test_a_gap_breaks_a_sequence(copied_shards, change, gap_s, frames):
     change("trajectory/valid", True)
     steps_s = np.array([0.0, 0.5, gap_s, 0.5, 0.5, 0.5, 0.5, 0.5])  # between frames 1 and 2
     change("timestamp_us", 1_500_000_000_000_000 + np.round(steps_s.cumsum() * 1e6).astype(np.int64))
 
-    index = index_sequences(copied, SCENES[:1], ["CAM_FRONT"], needs=TRAJECTORY)
+    index = index_sequences(copied_shards, SCENES[:1], ["CAM_FRONT"], needs=TRAJECTORY)
 
     assert index.frame.tolist() == frames
 
 
-def test_all_six_of_a_sequence_are_valid_unless_asked_for(copied, change):
+def test_all_six_of_a_sequence_are_valid_unless_asked_for(copied_shards, change):
     change("trajectory/valid", True)
     change("homography/dlt/valid", np.arange(8) != 1)
     needs = SampleSpec(homography="dlt", trajectory=True)
 
     chosen, everything = (
-        index_sequences(copied, SCENES[:1], ["CAM_FRONT"], needs=needs, valid_only=valid_only)
+        index_sequences(copied_shards, SCENES[:1], ["CAM_FRONT"], needs=needs, valid_only=valid_only)
         for valid_only in (True, False)
     )
 
@@ -133,9 +133,11 @@ def test_all_six_of_a_sequence_are_valid_unless_asked_for(copied, change):
     assert everything.frame.tolist() == [5, 6, 7]
 
 
-def test_sequences_without_a_whole_trajectory_are_kept_if_asked_for(shards):
+def test_sequences_without_a_whole_trajectory_are_kept_if_asked_for(sample_shards):
     # Scenes of eight frames: no frame has six before it and six after it.
-    index = index_sequences(shards, SCENES[:1], ["CAM_FRONT"], needs=TRAJECTORY, whole_trajectory=False)
+    index = index_sequences(
+        sample_shards, SCENES[:1], ["CAM_FRONT"], needs=TRAJECTORY, whole_trajectory=False
+    )
 
     assert index.frame.tolist() == [5, 6, 7]
     require_finite_poses(index)
@@ -147,30 +149,32 @@ def test_sequences_without_a_whole_trajectory_are_kept_if_asked_for(shards):
     assert np.isnan(sample.future[1:]).all()
 
 
-def test_only_trajectories_called_valid_need_every_point(copied, change):
+def test_only_trajectories_called_valid_need_every_point(copied_shards, change):
     change("trajectory/valid", np.arange(8) == 6)
-    index = index_sequences(copied, SCENES[:1], ["CAM_FRONT"], needs=TRAJECTORY, whole_trajectory=False)
+    index = index_sequences(
+        copied_shards, SCENES[:1], ["CAM_FRONT"], needs=TRAJECTORY, whole_trajectory=False
+    )
 
     with pytest.raises(ShardError, match=r"frame 6: its trajectory \(trajectory/future\) holds a number"):
         require_finite_poses(index)
 
 
-def test_images_by_reference_are_read_from_the_dataset(make_shards, shards):
+def test_images_by_reference_are_read_from_the_dataset(make_sample_shards, sample_shards):
     def images(folder):
         index = index_frames(folder, SCENES[:1], ["CAM_BACK"], needs=IMAGE)
         with Shard(index.paths[0]) as shard:
             return read_sample(Rows(shard, "CAM_BACK", slice(0, 8)), IMAGE, index.image_root).image
 
-    stored = images(shards)
+    stored = images(sample_shards)
 
     assert stored.shape == (8, 45, 80, 3)
-    assert (images(make_shards(images="reference")) == stored).all()
+    assert (images(make_sample_shards(images="reference")) == stored).all()
 
 
 @pytest.fixture(scope="module")
-def bare(make_shards):
+def bare(make_sample_shards):
     """Shards without images and LiDAR points; tests only read it."""
-    return make_shards(images="none")
+    return make_sample_shards(images="none")
 
 
 @pytest.mark.parametrize(
@@ -201,17 +205,17 @@ def test_what_is_missing_is_said_with_its_command(bare, find, needs, problem):
     assert "\n" not in str(caught.value)
 
 
-def test_missing_masks_are_said_with_their_command(shards):
+def test_missing_masks_are_said_with_their_command(sample_shards):
     with pytest.raises(
         ShardError,
         match=r"scene-0001\.h5: CAM_BACK has no footprints 'surface' \(it has calibration, dlt, large\); "
         r"run `ogmkit render-footprints \S+/out --method warp --homography surface`",
     ):
-        index_frames(shards, SCENES, [], needs=SampleSpec((45, 80), masks="surface"))
+        index_frames(sample_shards, SCENES, [], needs=SampleSpec((45, 80), masks="surface"))
 
 
-def test_images_whose_dataset_is_gone(make_shards, tmp_path):
-    out = shutil.copytree(make_shards(images="reference"), tmp_path / "out")
+def test_images_whose_dataset_is_gone(make_sample_shards, tmp_path):
+    out = shutil.copytree(make_sample_shards(images="reference"), tmp_path / "out")
     manifest = out / "manifest.json"
     root = read_manifest(out).dataroot
     manifest.write_text(manifest.read_text().replace(root, "/nowhere"))
@@ -220,24 +224,24 @@ def test_images_whose_dataset_is_gone(make_shards, tmp_path):
         index_frames(out, SCENES, [], needs=IMAGE)
 
 
-def test_masks_of_an_earlier_homography_are_refused(copied):
-    with h5py.File(copied / "scene-0001.h5", "r+") as h5:
+def test_masks_of_an_earlier_homography_are_refused(copied_shards):
+    with h5py.File(copied_shards / "scene-0001.h5", "r+") as h5:
         h5["CAM_BACK/homography/dlt"].attrs["settings"] = '{"min_points": 8}'
 
     with pytest.raises(ShardError, match=r"CAM_BACK/footprints/dlt is warped by an earlier .*--overwrite"):
-        index_frames(copied, SCENES, [], needs=SampleSpec((45, 80), masks="dlt"))
+        index_frames(copied_shards, SCENES, [], needs=SampleSpec((45, 80), masks="dlt"))
 
 
-def test_unknown_names_and_limits(shards):
+def test_unknown_names_and_limits(sample_shards):
     with pytest.raises(SettingsError, match="unknown scene 'scene-0011'; did you mean scene-0001"):
-        index_frames(shards, ["scene-0011"], [], needs=IMAGE)
+        index_frames(sample_shards, ["scene-0011"], [], needs=IMAGE)
     with pytest.raises(SettingsError, match="unknown camera 'CAM_FRNT'; did you mean CAM_FRONT"):
-        index_frames(shards, SCENES, ["CAM_FRNT"], needs=IMAGE)
+        index_frames(sample_shards, SCENES, ["CAM_FRNT"], needs=IMAGE)
     with pytest.raises(SettingsError, match="limit: 0 frames are not a positive number"):
-        index_frames(shards, SCENES, [], needs=IMAGE, limit=0)
+        index_frames(sample_shards, SCENES, [], needs=IMAGE, limit=0)
 
 
-def test_nothing_left_says_why(copied, change):
+def test_nothing_left_says_why(copied_shards, change):
     for scene in SCENES:
         change("homography/dlt/valid", False, scene)
         change("footprints/dlt/valid", False, scene)
@@ -249,12 +253,12 @@ def test_nothing_left_says_why(copied, change):
         match=r"out: none of 16 frames can be used \(0 have a valid homography 'dlt', "
         r"16 have valid footprints 'calibration'\)",
     ):
-        index_frames(copied, SCENES, ["CAM_FRONT"], needs=needs)
+        index_frames(copied_shards, SCENES, ["CAM_FRONT"], needs=needs)
     with pytest.raises(
         TrainingError,
         match=r"out: none of 16 frames can be used \(6 have 5 images before it without a gap, "
         r"3 have a valid trajectory\)",
     ):
-        index_sequences(copied, SCENES, ["CAM_FRONT"], needs=TRAJECTORY)
+        index_sequences(copied_shards, SCENES, ["CAM_FRONT"], needs=TRAJECTORY)
     with pytest.raises(TrainingError, match="there are 0 frames in the chosen scenes; choose others"):
-        index_frames(copied, [], [], needs=IMAGE)
+        index_frames(copied_shards, [], [], needs=IMAGE)

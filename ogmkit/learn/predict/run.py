@@ -151,7 +151,7 @@ def open_run(path: Path) -> Run:
     """Open a trained system.
 
     Args:
-        path: a RUN folder, of which the best checkpoint is taken, or a checkpoint.
+        path: a RUN folder, whose best checkpoint is used, or a checkpoint.
 
     Raises:
         CheckpointError: there is none, or it is damaged or foreign.

@@ -24,8 +24,8 @@ MIRROR = np.array([1.0, -1.0, 1.0])
 
 
 @pytest.fixture(scope="module")
-def dataset(shards):
-    index = index_frames(shards, ["scene-0002"], ["CAM_FRONT"], needs=replace(ALL, trajectory=False))
+def dataset(sample_shards):
+    index = index_frames(sample_shards, ["scene-0002"], ["CAM_FRONT"], needs=replace(ALL, trajectory=False))
     return FrameDataset(index, ALL, augment=FLIP)
 
 
@@ -37,9 +37,9 @@ def both(request, dataset):
 
 
 @pytest.fixture(scope="module")
-def corners_level(shards):
+def corners_level(sample_shards):
     """Bottom corners of some boxes before the camera, laid on z = 0, (N, 3)."""
-    with Shard(shards / "scene-0002.h5") as shard:
+    with Shard(sample_shards / "scene-0002.h5") as shard:
         boxes = shard.boxes("CAM_FRONT", 5)
         level_from_box = shard.dataset("CAM_FRONT", "level_from_global")[5] @ boxes.global_from_box
     signs = np.array([[1, 1, 0], [1, -1, 0], [-1, -1, 0], [-1, 1, 0]]) / 2
@@ -68,24 +68,26 @@ def test_boxes_of_the_mirrored_world_are_seen_mirrored(both, corners_level):
     assert flipped_["intrinsics"][0, 0] > 0
 
 
-def test_the_homography_takes_mirrored_pixels_to_mirrored_cells(both, corners_level, grid):
+def test_the_homography_takes_mirrored_pixels_to_mirrored_cells(both, corners_level, sample_grid):
     _, flipped_ = both
     mirrored = corners_level * MIRROR
 
     cells, w = apply(flipped_["bev_from_image"], pixels_of(flipped_, mirrored))
 
-    np.testing.assert_allclose(cells, grid.cells(mirrored), atol=1e-5)
+    np.testing.assert_allclose(cells, sample_grid.cells(mirrored), atol=1e-5)
     assert (w > 0).all()
     assert abs(flipped_["bev_from_image"][2, 2]) == pytest.approx(1)
 
 
-def test_a_mirrored_place_keeps_its_truth(both, grid):
+def test_a_mirrored_place_keeps_its_truth(both, sample_grid):
     """Cell by cell through metres: what stood at (x, y) stands at (x, −y)."""
     plain, flipped_ = both
-    rows, columns = np.indices(grid.shape)
-    positions_m = grid.positions_m(np.stack([columns, rows], axis=-1))
-    mirror_columns, mirror_rows = np.moveaxis(np.round(grid.cells(positions_m * [1, -1])).astype(int), -1, 0)
-    inside = (mirror_columns >= 0) & (mirror_columns < grid.columns)
+    rows, columns = np.indices(sample_grid.shape)
+    positions_m = sample_grid.positions_m(np.stack([columns, rows], axis=-1))
+    mirror_columns, mirror_rows = np.moveaxis(
+        np.round(sample_grid.cells(positions_m * [1, -1])).astype(int), -1, 0
+    )
+    inside = (mirror_columns >= 0) & (mirror_columns < sample_grid.columns)
 
     assert 0 < inside.sum() < inside.size
     np.testing.assert_array_equal(flipped_["bev_known"], inside)
@@ -101,16 +103,18 @@ def test_image_and_masks_are_mirrored(both):
         np.testing.assert_array_equal(flipped_[name], plain[name][..., ::-1])
 
 
-def test_flipped_masks_lie_on_the_flipped_truth(both, grid):
+def test_flipped_masks_lie_on_the_flipped_truth(both, sample_grid):
     """Masks warped to the grid by the homography, before and after: the same picture, mirrored."""
     known = both[1]["bev_known"].astype(bool)
     laid = [
-        np.stack([warp_to_bev(m.astype(np.uint8), s["bev_from_image"], grid.shape) for m in s["masks"]])
+        np.stack(
+            [warp_to_bev(m.astype(np.uint8), s["bev_from_image"], sample_grid.shape) for m in s["masks"]]
+        )
         for s in both
     ]
     as_sample = SampleArrays(np.array([[30, 64]]), bev=laid[0][None])
 
-    expected = flipped(as_sample, grid).bev[0]
+    expected = flipped(as_sample, sample_grid).bev[0]
 
     assert expected[:, known].any(axis=1).all()
     # Cells whose pixel lies on the edge between two fall to either side.
@@ -147,14 +151,14 @@ def grids():
     )
 
 
-def arrays_of(grid, seed):
+def arrays_of(sample_grid, seed):
     rng = np.random.default_rng(seed)
     return SampleArrays(
         image_size=np.array([[6, 8]] * 2),
         image=rng.integers(0, 256, (2, 6, 8, 3), dtype=np.uint8),
         masks=rng.integers(0, 2, (2, 2, 6, 8), dtype=np.uint8),
-        bev=rng.integers(0, 2, (2, 2, *grid.shape), dtype=np.uint8),
-        known_columns=np.ones(grid.columns, np.bool_),
+        bev=rng.integers(0, 2, (2, 2, *sample_grid.shape), dtype=np.uint8),
+        known_columns=np.ones(sample_grid.columns, np.bool_),
         bev_from_image=rng.normal(size=(2, 3, 3)) * [[1], [1], [0.1]] + np.diag([0, 0, -1.0]),
         homography_valid=np.ones(2, np.bool_),
         intrinsics=np.stack([np.array([[70.0, 0.3, 4.1], [0, 71.0, 2.2], [0, 0, 1]])] * 2),
@@ -168,15 +172,15 @@ def arrays_of(grid, seed):
 
 
 @given(grids(), st.integers(0, 99))
-def test_twice_is_the_identity_where_known(grid, seed):
-    plain = arrays_of(grid, seed)
+def test_twice_is_the_identity_where_known(sample_grid, seed):
+    plain = arrays_of(sample_grid, seed)
 
-    back = flipped(flipped(plain, grid), grid)
+    back = flipped(flipped(plain, sample_grid), sample_grid)
 
     known = back.known_columns
     np.testing.assert_array_equal(back.bev[..., known], plain.bev[..., known])
     assert not back.bev[..., ~known].any()
-    centre_inside = 0 < grid.ego_column < grid.columns
+    centre_inside = 0 < sample_grid.ego_column < sample_grid.columns
     assert known.any() == centre_inside
     for name in ("image", "masks", "past", "future", "positions"):
         np.testing.assert_array_equal(getattr(back, name), getattr(plain, name))
@@ -189,10 +193,10 @@ def test_twice_is_the_identity_where_known(grid, seed):
 
 
 @given(grids(), st.integers(0, 99))
-def test_a_flip_leaves_its_input_alone(grid, seed):
-    plain, same = arrays_of(grid, seed), arrays_of(grid, seed)
+def test_a_flip_leaves_its_input_alone(sample_grid, seed):
+    plain, same = arrays_of(sample_grid, seed), arrays_of(sample_grid, seed)
 
-    flipped(plain, grid)
+    flipped(plain, sample_grid)
 
     for field in fields(SampleArrays):
         ours, theirs = getattr(plain, field.name), getattr(same, field.name)
@@ -217,9 +221,9 @@ def test_unknown_columns_by_hand():
     assert mirrored.bev.tolist() == [[[[1, 0, 0, 1, 0, 0]], [[0, 0, 1, 0, 0, 0]]]]
 
 
-def test_a_coarse_cell_is_known_where_all_its_cells_are(shards):
+def test_a_coarse_cell_is_known_where_all_its_cells_are(sample_shards):
     needs = SampleSpec(bev_cell_m=2.0, bev=True)
-    index = index_frames(shards, ["scene-0002"], ["CAM_FRONT"], needs=needs)
+    index = index_frames(sample_shards, ["scene-0002"], ["CAM_FRONT"], needs=needs)
     dataset = FrameDataset(index, needs, augment=FLIP)
 
     known = dataset[(0, 0)]["bev_known"]

@@ -38,10 +38,10 @@ SHAPES = {
 
 
 @pytest.fixture(scope="module")
-def make(shards):
+def make(sample_shards):
     """A dataset of all frames, of a folder's or the shared shards'."""
 
-    def dataset(spec, out=shards, cameras=(), **options):
+    def dataset(spec, out=sample_shards, cameras=(), **options):
         index = index_frames(out, SCENES, cameras, needs=spec, valid_only=False)
         return FrameDataset(index, spec, **options)
 
@@ -49,9 +49,9 @@ def make(shards):
 
 
 @pytest.fixture(scope="module")
-def front(shards):
+def front(sample_shards):
     """The first scene's shard, to read what samples should hold."""
-    with Shard(shards / "scene-0001.h5") as shard:
+    with Shard(sample_shards / "scene-0001.h5") as shard:
         yield lambda name: shard.dataset("CAM_FRONT", name)
 
 
@@ -84,19 +84,19 @@ def test_only_what_is_asked_for(make, spec, names):
     assert set(make(spec)[0]) == names | {"camera", "index"}
 
 
-def test_several_cameras_and_names(make, shards):
+def test_several_cameras_and_names(make, sample_shards):
     dataset = make(SampleSpec(), cameras=["CAM_FRONT", "CAM_BACK"])
 
     assert dataset.cameras == ("CAM_FRONT", "CAM_BACK")
     assert [int(dataset[i]["camera"]) for i in (0, 8, 16, 31)] == [0, 1, 0, 1]
     assert dataset.place(31) == ("scene-0002", "CAM_BACK", 7)
-    with Shard(shards / "scene-0002.h5") as shard:
+    with Shard(sample_shards / "scene-0002.h5") as shard:
         token = shard.strings("CAM_BACK", "sample_token")[7]
     assert dataset.name(31) == f"scene-0002 CAM_BACK frame 7 ({token})"
     assert int(dataset[31]["index"]) == 31
 
 
-def test_calibration_and_homography_follow_the_resize(make, grid):
+def test_calibration_and_homography_follow_the_resize(make, sample_grid):
     """Points of the flat ground are projected, found in the resized image, and taken to their cells."""
     sample = make(ALL, cameras=["CAM_FRONT"])[2]
     ground_level = np.array([[8.0, 2.5, 0.0], [12.0, -4.0, 0.0], [25.0, 1.0, 0.0]])
@@ -108,7 +108,7 @@ def test_calibration_and_homography_follow_the_resize(make, grid):
     assert (depth > 0).all()
     assert (w > 0).all()
     assert ((pixels > -0.5) & (pixels < np.array([63.5, 29.5]))).all()
-    np.testing.assert_allclose(cells, grid.cells(ground_level), atol=1e-6)
+    np.testing.assert_allclose(cells, sample_grid.cells(ground_level), atol=1e-6)
     assert abs(sample["bev_from_image"][2, 2]) == pytest.approx(1)
 
 
@@ -142,13 +142,13 @@ def test_masks_are_taken_at_the_nearest_pixel_s_centre(make, front, masks):
     np.testing.assert_array_equal(sample["masks"], stored[:, rows][:, :, columns])
 
 
-def test_bev_truth_is_by_majority_and_all_known(make, front, grid):
+def test_bev_truth_is_by_majority_and_all_known(make, front, sample_grid):
     own = make(ALL, cameras=["CAM_FRONT"])
     fine = make(SampleSpec(bev_cell_m=0.5, bev=True), cameras=["CAM_FRONT"])
     stored = np.stack([front("drivable")[6], front("vehicles")[6]])
 
     assert own.own_grid.shape == (30, 20)
-    assert fine.own_grid == grid
+    assert fine.own_grid == sample_grid
     np.testing.assert_array_equal(fine[6]["bev"], stored)
     counts = np.array(
         [
@@ -235,22 +235,22 @@ def test_specifications_that_contradict_themselves(make):
         make(SampleSpec(bev_cell_m=0.7, bev=True))
 
 
-def test_damage_is_named(make, copied):
-    with h5py.File(copied / "scene-0001.h5", "r+") as h5:
+def test_damage_is_named(make, copied_shards):
+    with h5py.File(copied_shards / "scene-0001.h5", "r+") as h5:
         h5["CAM_FRONT/image"][1] = h5["CAM_FRONT/image"][1][:-300]
         offset = h5["CAM_FRONT/drivable"].id.get_chunk_info(2).byte_offset
-    with (copied / "scene-0001.h5").open("r+b") as file:
+    with (copied_shards / "scene-0001.h5").open("r+b") as file:
         file.seek(offset)
         file.write(bytes(16))
 
     with pytest.raises(DataFileError, match=r"scene-0001\.h5: CAM_FRONT frame 1: image is not a whole JPEG"):
-        make(SampleSpec((30, 64)), out=copied, cameras=["CAM_FRONT"])[1]
+        make(SampleSpec((30, 64)), out=copied_shards, cameras=["CAM_FRONT"])[1]
     with pytest.raises(ShardError, match=r"scene-0001\.h5: is damaged inside .*; remove it and run"):
-        make(SampleSpec(bev_cell_m=1.0, bev=True), out=copied, cameras=["CAM_FRONT"])[2]
+        make(SampleSpec(bev_cell_m=1.0, bev=True), out=copied_shards, cameras=["CAM_FRONT"])[2]
 
 
-def test_an_absent_image_is_named(make, make_shards, tmp_path, tiny_dataroot):
-    out = make_shards(images="reference")
+def test_an_absent_image_is_named(make, make_sample_shards, tmp_path, tiny_dataroot):
+    out = make_sample_shards(images="reference")
     root = tmp_path / "dataset"
     root.mkdir()
     manifest = out / "manifest.json"

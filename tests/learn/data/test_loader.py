@@ -105,9 +105,9 @@ def test_a_batch_has_a_size():
 
 
 @pytest.mark.parametrize("workers", [0, 2])
-def test_workers_follow_epochs_and_pass_errors_on_in_one_line(copied, workers):
+def test_workers_follow_epochs_and_pass_errors_on_in_one_line(copied_shards, workers):
     needs = SampleSpec((30, 64))
-    index = index_frames(copied, ["scene-0001"], ["CAM_FRONT"], needs=needs)
+    index = index_frames(copied_shards, ["scene-0001"], ["CAM_FRONT"], needs=needs)
     dataset = FrameDataset(index, needs, augment=Augmentation())
     batches = batches_of(len(dataset))
     loading = loader(dataset, batches, workers=workers)
@@ -118,10 +118,10 @@ def test_workers_follow_epochs_and_pass_errors_on_in_one_line(copied, workers):
             assert batch["index"].tolist() == [place for place, _ in expected]
             assert torch.equal(batch["image"], torch.stack([dataset[key]["image"] for key in expected]))
 
-    damage(copied / "scene-0001.h5", frame=keys[1][2][0])
+    damage(copied_shards / "scene-0001.h5", frame=keys[1][2][0])
     with pytest.raises(DataFileError) as caught:
         list(loader(FrameDataset(index, needs), batches, workers=workers))
-    place = f"{copied}/scene-0001.h5: CAM_FRONT frame {keys[1][2][0]}"
+    place = f"{copied_shards}/scene-0001.h5: CAM_FRONT frame {keys[1][2][0]}"
     assert str(caught.value).startswith(f"{place}: image is not a whole JPEG (cut short); ")
     assert "\n" not in str(caught.value)
 

@@ -14,22 +14,22 @@ SPEC = SampleSpec((30, 64), "dlt", bev_cell_m=1.0, bev=True)
 
 
 @pytest.fixture
-def make(shards):
+def make(sample_shards):
     def module(**options):
         limit_frames = options.pop("limit_frames", None)
         loading = Loading(**{"batch_size": 3, "seed": 5, "augmentation": Augmentation()} | options)
         scenes = ["scene-0001"], ["scene-0002"]
-        return ShardDataModule(shards, *scenes, [], SPEC, loading=loading, limit_frames=limit_frames)
+        return ShardDataModule(sample_shards, *scenes, [], SPEC, loading=loading, limit_frames=limit_frames)
 
     return module
 
 
-def test_training_and_validation_are_of_their_scenes_and_valid(make, shards):
+def test_training_and_validation_are_of_their_scenes_and_valid(make, sample_shards):
     module = make()
 
     for dataset, scene in ((module.train_set, "scene-0001"), (module.val_set, "scene-0002")):
         assert {dataset.place(i)[0] for i in range(len(dataset))} == {scene}
-        with h5py.File(shards / f"{scene}.h5") as h5:
+        with h5py.File(sample_shards / f"{scene}.h5") as h5:
             valid = [h5[f"{camera}/footprints/dlt/valid"][:] for camera in dataset.cameras]
         assert len(dataset) == np.sum(valid) < 16
 
@@ -76,6 +76,6 @@ def test_a_limit_holds_for_either_set(make):
     assert (len(module.train_set), len(module.val_set)) == (2, 2)
 
 
-def test_an_empty_split_is_refused(shards):
+def test_an_empty_split_is_refused(sample_shards):
     with pytest.raises(TrainingError, match="there are 0 frames in the chosen scenes"):
-        ShardDataModule(shards, ["scene-0001"], [], [], SPEC, loading=Loading())
+        ShardDataModule(sample_shards, ["scene-0001"], [], [], SPEC, loading=Loading())

@@ -8,8 +8,8 @@ from ogmkit.learn.data.pool import ShardPool
 
 
 @pytest.fixture
-def paths(shards):
-    return sorted(shards.glob("*.h5"))
+def paths(sample_shards):
+    return sorted(sample_shards.glob("*.h5"))
 
 
 def scenes(pool, numbers):

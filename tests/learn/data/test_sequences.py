@@ -15,13 +15,13 @@ OF_THE_LAST = {"past", "future", "trajectory_valid", "camera", "index"}
 
 
 @pytest.fixture
-def folder(copied):
+def folder(copied_shards):
     """Shards whose trajectories are called valid, though the scenes are too short for whole ones."""
-    for path in copied.glob("*.h5"):
+    for path in copied_shards.glob("*.h5"):
         with h5py.File(path, "r+") as h5:
             for camera in h5.values():
                 camera["trajectory/valid"][...] = True
-    return copied
+    return copied_shards
 
 
 @pytest.fixture
@@ -50,9 +50,9 @@ def test_a_sequence_is_six_frames_and_the_last_one_s_trajectory(make, folder):
     assert int(sample["index"]) == 4
 
 
-def test_a_sequence_without_a_whole_trajectory_says_so(shards):
+def test_a_sequence_without_a_whole_trajectory_says_so(sample_shards):
     spec = SampleSpec((30, 64), trajectory=True)
-    index = index_sequences(shards, SCENES, ["CAM_FRONT"], needs=spec, whole_trajectory=False)
+    index = index_sequences(sample_shards, SCENES, ["CAM_FRONT"], needs=spec, whole_trajectory=False)
     sequences = SequenceDataset(index, spec, augment=Augmentation(flip=1.0))
     assert sequences.place(1) == ("scene-0001", "CAM_FRONT", 6)
 
