@@ -95,8 +95,9 @@ def _shards(folder: Path, version: str | None) -> dict[str, Any]:
 
 def _shard(path: Path, version: str | None) -> dict[str, Any]:
     del version
+    from ogmkit.shards.faults import H5_ERRORS, damaged
     from ogmkit.shards.invalid import invalid_frames
-    from ogmkit.shards.reader import H5_ERRORS, Shard, damaged
+    from ogmkit.shards.reader import Shard
 
     with Shard(path) as shard:
         try:

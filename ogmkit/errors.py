@@ -28,6 +28,10 @@ class ShardError(OgmkitError):
     """A shard or manifest is absent, damaged, of another version, or not ogmkit's."""
 
 
+class UnreadableShardError(ShardError):
+    """The system refuses to read a shard, which may be sound: no permission, a disk that fails."""
+
+
 class OutputError(OgmkitError):
     """Results can't be written: no space, no permission, or the folder holds something else."""
 

@@ -13,7 +13,8 @@ from ogmkit.geometry.camera import image_from_resized
 from ogmkit.grid import GridSpec
 from ogmkit.metrics.iou import DRIVABLE, code_of, masks_of, thresholded
 from ogmkit.pipeline.footprint_masks import Renderer, renderer
-from ogmkit.shards.reader import REMEDY, Shard
+from ogmkit.shards.faults import REMEDY
+from ogmkit.shards.reader import Shard
 from ogmkit.typing import IntArray, UInt8Array
 
 ALL_DRIVABLE, MEAN_MAP, CEILING_FULL_BODY = "all-drivable", "mean-map", "ceiling-full-body"

@@ -9,7 +9,8 @@ from typing import Self
 import numpy as np
 
 from ogmkit.metrics.iou import code_of
-from ogmkit.shards.reader import Shard, damaged
+from ogmkit.shards.faults import damaged
+from ogmkit.shards.reader import Shard
 from ogmkit.typing import UInt8Array
 
 Place = tuple[str, str, int]

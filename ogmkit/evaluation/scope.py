@@ -14,8 +14,9 @@ from ogmkit.samples.index import FrameIndex, index_frames
 from ogmkit.samples.spec import SampleSpec
 from ogmkit.samples.splits import split_scenes
 from ogmkit.shards import schema
+from ogmkit.shards.faults import H5_ERRORS, damaged
 from ogmkit.shards.manifest import read_manifest
-from ogmkit.shards.reader import H5_ERRORS, Shard, damaged
+from ogmkit.shards.reader import Shard
 from ogmkit.shards.remedies import homography_command
 from ogmkit.typing import IntArray
 

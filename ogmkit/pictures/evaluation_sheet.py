@@ -21,8 +21,9 @@ from ogmkit.pictures.sheet import Heading, Panel, draw_sheet, draw_tile
 from ogmkit.pictures.subjects import CAMERA_SIZE, PLANE_SIZE
 from ogmkit.pictures.views import View, read_view
 from ogmkit.pipeline.footprint_masks import renderer
+from ogmkit.shards.faults import REMEDY, damaged
 from ogmkit.shards.manifest import Manifest, read_manifest
-from ogmkit.shards.reader import REMEDY, Shard
+from ogmkit.shards.reader import Shard
 from ogmkit.typing import UInt8Array
 
 _GROUPS = legend.IMAGE, legend.PLANE
@@ -82,9 +83,7 @@ def _draw_sample(shards: Path, manifest: Manifest, sample: Sample) -> UInt8Array
             image = _true_masks(shard, camera, index) if sample.image is None else sample.image
             plan = plan_for(shard.grid, (), PLANE_SIZE)
     except OSError as error:
-        raise ShardError(
-            f"{entry.file}: {camera}: frame {index} can't be read ({error}); {REMEDY}"
-        ) from error
+        raise damaged(shards / entry.file, error) from error
     drivable, vehicles = masks_of(image)
     photo = draw_masks(view, CAMERA_SIZE, drivable=drivable, vehicles=vehicles)
     whose = "true footprints" if sample.image is None else "predicted"

@@ -13,7 +13,8 @@ from ogmkit.homography.sources import SURFACE
 from ogmkit.shards import schema
 from ogmkit.shards.additions import added_values
 from ogmkit.shards.crosschecks_added import origin_problem
-from ogmkit.shards.reader import REMEDY, Shard
+from ogmkit.shards.faults import REMEDY
+from ogmkit.shards.reader import Shard
 from ogmkit.shards.remedies import footprints_command, homography_command
 from ogmkit.typing import FloatArray, UInt8Array
 

@@ -7,7 +7,6 @@ from urllib.parse import quote
 
 import numpy as np
 
-from ogmkit.errors import ShardError
 from ogmkit.evaluation.planning.result import PlanEvaluation, PlanSample
 from ogmkit.grid import GridSpec
 from ogmkit.metrics.gaussian import ellipse
@@ -19,8 +18,9 @@ from ogmkit.pictures.cells import target_colours
 from ogmkit.pictures.png import write_png
 from ogmkit.pictures.sheet import Heading, Panel, draw_sheet, draw_tile
 from ogmkit.pictures.views import View, read_view
+from ogmkit.shards.faults import damaged
 from ogmkit.shards.manifest import Manifest, read_manifest
-from ogmkit.shards.reader import REMEDY, Shard
+from ogmkit.shards.reader import Shard
 from ogmkit.typing import FloatArray, UInt8Array
 
 PLAN_COLOUR: Colour = PURPLE
@@ -72,9 +72,7 @@ def _draw_sample(shards: Path, manifest: Manifest, sample: PlanSample) -> UInt8A
         with Shard(shards / entry.file) as shard:
             view, grid = read_view(shard, camera, index, dataroot=dataroot), shard.grid
     except OSError as error:
-        raise ShardError(
-            f"{entry.file}: {camera}: frame {index} can't be read ({error}); {REMEDY}"
-        ) from error
+        raise damaged(shards / entry.file, error) from error
     errors = np.linalg.norm(view.future[:STEPS] - sample.plan.mean, axis=1)
     photo = draw_photo(view, _PHOTO_SIZE).pixels
     plane = draw_plan(view, grid, sample.plan).pixels

@@ -13,8 +13,9 @@ from ogmkit.pictures.settings import PreviewSettings, View
 from ogmkit.pictures.sheet import Heading, draw_sheet
 from ogmkit.pictures.subjects import PLANE_SIZE, SUBJECTS
 from ogmkit.pictures.views import evenly, read_view
+from ogmkit.shards.faults import REMEDY, damaged
 from ogmkit.shards.manifest import Manifest, ShardEntry, read_manifest
-from ogmkit.shards.reader import REMEDY, Shard
+from ogmkit.shards.reader import Shard
 from ogmkit.typing import UInt8Array
 
 DEFAULT = PreviewSettings()
@@ -92,7 +93,7 @@ def draw_shard(
         views = (read_view(shard, camera, index, dataroot=dataroot) for index in indices)
         tiles = [kind.tile(view, plan, sets) for view in views]
     except OSError as error:
-        raise ShardError(f"{shard.path}: {camera}: a frame can't be read ({error}); {REMEDY}") from error
+        raise damaged(shard.path, error) from error
     heading = Heading(shard.scene, camera, _note(shard, count, sets))
     return draw_sheet(heading, tiles, kind.columns, kind.groups)
 

@@ -11,7 +11,8 @@ from PIL import Image
 from ogmkit.errors import DataFileError
 from ogmkit.geometry.se3 import inverse
 from ogmkit.nuscenes.paths import resolve
-from ogmkit.shards.reader import REMEDY, Shard
+from ogmkit.shards.faults import REMEDY
+from ogmkit.shards.reader import Shard
 from ogmkit.typing import FloatArray, UInt8Array
 
 

@@ -14,8 +14,9 @@ from ogmkit.pipeline import output
 from ogmkit.pipeline.amendment import Amendment, Groups, chosen_cameras, pending_groups, require_sound
 from ogmkit.pipeline.execution import DEFAULT_EXECUTION, Execution, run_over
 from ogmkit.shards.additions import add_to_shard, new_group, place
+from ogmkit.shards.faults import AGAIN, REMEDY, damaged
 from ogmkit.shards.manifest import Manifest, ShardEntry, file_sha256, read_manifest, write_manifest
-from ogmkit.shards.reader import AGAIN, REMEDY, Shard, damaged
+from ogmkit.shards.reader import Shard
 from ogmkit.shards.sink import ShardFile
 
 Report = TypeVar("Report")

@@ -9,9 +9,10 @@ from ogmkit.base.differences import differences
 from ogmkit.base.names import unknown
 from ogmkit.errors import OutputError, SettingsError, ShardError
 from ogmkit.shards.additions import added_values
+from ogmkit.shards.faults import AGAIN, REMEDY
 from ogmkit.shards.fields import AddedKind
 from ogmkit.shards.manifest import Manifest, ShardEntry
-from ogmkit.shards.reader import AGAIN, REMEDY, Shard
+from ogmkit.shards.reader import Shard
 from ogmkit.shards.sink import ShardFile
 from ogmkit.shards.structure import structure_problems
 

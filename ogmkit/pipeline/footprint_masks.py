@@ -21,7 +21,8 @@ from ogmkit.homography.ground import fit_ground
 from ogmkit.pipeline.geometry import frame_geometry
 from ogmkit.raster.vehicles import select
 from ogmkit.shards import schema
-from ogmkit.shards.reader import REMEDY, Shard
+from ogmkit.shards.faults import REMEDY
+from ogmkit.shards.reader import Shard
 from ogmkit.typing import FloatArray, UInt8Array
 
 

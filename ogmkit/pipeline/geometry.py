@@ -2,7 +2,8 @@
 
 from ogmkit.errors import SettingsError, ShardError
 from ogmkit.homography.frame import FrameGeometry
-from ogmkit.shards.reader import REMEDY, Shard
+from ogmkit.shards.faults import REMEDY
+from ogmkit.shards.reader import Shard
 
 
 def frame_geometry(shard: Shard, camera: str, frame: int) -> FrameGeometry:

@@ -10,7 +10,8 @@ from filelock import FileLock, Timeout
 
 from ogmkit.base.atomic import is_part, output_errors, remove_parts, write_json
 from ogmkit.base.differences import differences
-from ogmkit.errors import OutputError, ShardError
+from ogmkit.errors import OutputError, ShardError, UnreadableShardError
+from ogmkit.shards.faults import H5_ERRORS
 from ogmkit.shards.manifest import (
     AMENDING,
     LOCK,
@@ -21,7 +22,7 @@ from ogmkit.shards.manifest import (
     unfinished_command,
 )
 from ogmkit.shards.manifest import NAME as MANIFEST
-from ogmkit.shards.reader import H5_ERRORS, Shard
+from ogmkit.shards.reader import Shard
 from ogmkit.shards.settings import ExtractSettings
 
 
@@ -203,12 +204,14 @@ def _declared(out: Path, names: set[str], manifest: Manifest | None) -> dict[str
 
 
 def _shard_configuration(path: Path) -> dict[str, Any] | None:
-    """A shard's configuration; None where the file is not a readable shard."""
+    """A shard's configuration; None where the file is no shard or is damaged."""
     if path.suffix != ".h5":
         return None
     try:
         with Shard(path) as shard:
             return {"dataset_version": shard.dataset_version, **shard.settings.to_dict()}
+    except UnreadableShardError:
+        raise  # it may be sound
     except (ShardError, *H5_ERRORS):
         return None
 

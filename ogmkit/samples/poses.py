@@ -4,7 +4,8 @@ import numpy as np
 
 from ogmkit.errors import ShardError
 from ogmkit.samples.index import SEQUENCE, FrameIndex
-from ogmkit.shards.reader import H5_ERRORS, REMEDY, Shard, damaged
+from ogmkit.shards.faults import H5_ERRORS, REMEDY, damaged
+from ogmkit.shards.reader import Shard
 from ogmkit.typing import BoolArray, IntArray
 
 _POSES = ("global_from_ego", "level_from_global")

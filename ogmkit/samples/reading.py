@@ -1,6 +1,9 @@
-"""Reading consecutive frames of a camera from a shard, at the size that is wanted."""
+"""Reading frames of a camera from a shard, at the size that is wanted."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -14,36 +17,44 @@ from ogmkit.nuscenes.paths import resolve
 from ogmkit.samples.arrays import SampleArrays, scaled
 from ogmkit.samples.images import decode_resized
 from ogmkit.samples.spec import TARGETS, SampleSpec
-from ogmkit.shards.reader import Shard, damaged
+from ogmkit.shards.faults import damaged
+from ogmkit.shards.reader import Shard
 from ogmkit.typing import Float32Array, IntArray, UInt8Array
 
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """Consecutive frames of a camera in an open shard.
+    """Frames of a camera in an open shard.
 
     Attributes:
         shard: the open shard.
         camera: channel.
-        rows: which of the camera's frames.
+        rows: which of the camera's frames, in temporal order.
     """
 
     shard: Shard
     camera: str
-    rows: slice
+    rows: Sequence[int]
 
     def column(self, name: str) -> Any:  # noqa: ANN401  # arrays of several dtypes
         """The frames' rows of a dataset."""
-        return self.shard.dataset(self.camera, name)[self.rows]
+        return self.shard.dataset(self.camera, name)[self._selection]
 
     def texts(self, name: str) -> tuple[str, ...]:
         """The frames' rows of a text dataset."""
-        return self.shard.strings(self.camera, name, self.rows)
+        return self.shard.strings(self.camera, name, self._selection)
 
     def places(self) -> tuple[str, ...]:
         """What messages call the frames."""
-        frames = range(self.rows.start, self.rows.stop)
-        return tuple(f"{self.shard.path}: {self.camera} frame {frame}" for frame in frames)
+        return tuple(f"{self.shard.path}: {self.camera} frame {frame}" for frame in self.rows)
+
+    @cached_property
+    def _selection(self) -> slice | list[int]:
+        """What h5py reads: a slice, much the faster, where frames are evenly spaced."""
+        distances = {later - earlier for earlier, later in pairwise(self.rows)} or {1}
+        if len(distances) > 1:
+            return list(self.rows)
+        return slice(self.rows[0], self.rows[-1] + 1, distances.pop())
 
 
 def read_sample(frames: Rows, spec: SampleSpec, image_root: Path | None) -> SampleArrays:
@@ -116,9 +127,8 @@ def _masks(frames: Rows, name: str, size: IntArray) -> UInt8Array:
 
 def _points(frames: Rows) -> tuple[Float32Array, ...]:
     """Each frame's points."""
-    offsets = frames.shard.dataset(frames.camera, "lidar/offsets")[frames.rows.start : frames.rows.stop + 1]
-    points = frames.shard.dataset(frames.camera, "lidar/points")[offsets[0] : offsets[-1]]
-    return tuple(np.split(points, offsets[1:-1] - offsets[0]))
+    offsets, points = (frames.shard.dataset(frames.camera, f"lidar/{name}") for name in ("offsets", "points"))
+    return tuple(points[slice(*offsets[row : row + 2])] for row in frames.rows)
 
 
 def _geometry(frames: Rows, spec: SampleSpec, source_size: IntArray, size: IntArray) -> dict[str, Any]:

@@ -6,8 +6,9 @@ from ogmkit.errors import ShardError
 from ogmkit.samples.spec import SampleSpec
 from ogmkit.shards import schema
 from ogmkit.shards.crosschecks_added import origin_problem
+from ogmkit.shards.faults import H5_ERRORS, REMEDY, damaged
 from ogmkit.shards.manifest import Manifest
-from ogmkit.shards.reader import H5_ERRORS, REMEDY, Shard, damaged
+from ogmkit.shards.reader import Shard
 from ogmkit.shards.remedies import footprints_command, homography_command
 from ogmkit.typing import BoolArray
 

@@ -11,9 +11,10 @@ import h5py
 from ogmkit import __version__
 from ogmkit.base.atomic import replacing
 from ogmkit.errors import SettingsError, ShardError
+from ogmkit.shards.faults import REMEDY, damaged
 from ogmkit.shards.fields import AddedKind
 from ogmkit.shards.layout import attribute_values
-from ogmkit.shards.reader import REMEDY, Shard, damaged
+from ogmkit.shards.reader import Shard
 from ogmkit.shards.sink import ShardFile, create
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]{0,99}")  # it becomes part of pictures' file names

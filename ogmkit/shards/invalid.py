@@ -7,8 +7,9 @@ from operator import itemgetter
 from pathlib import Path
 
 from ogmkit.shards import schema
+from ogmkit.shards.faults import H5_ERRORS, damaged
 from ogmkit.shards.manifest import Manifest
-from ogmkit.shards.reader import H5_ERRORS, Shard, damaged
+from ogmkit.shards.reader import Shard
 
 _TRAJECTORY = "trajectory"
 _Reasons = dict[int, str]

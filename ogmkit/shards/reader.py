@@ -9,23 +9,14 @@ from typing import Any, Self
 import h5py
 import numpy as np
 
+from ogmkit.base.files import file_status
 from ogmkit.errors import SettingsError, ShardError
 from ogmkit.frames import Boxes
 from ogmkit.grid import GridSpec
 from ogmkit.shards import schema
+from ogmkit.shards.faults import AGAIN, REMEDY, refusal, unreadable
 from ogmkit.shards.settings import ExtractSettings
 from ogmkit.typing import UInt8Array
-
-H5_ERRORS = (OSError, RuntimeError, KeyError, ValueError, TypeError)
-"""What h5py raises on damaged files, besides wrong values."""
-
-AGAIN = "run `ogmkit extract` again"
-REMEDY = f"remove it and {AGAIN}"
-
-
-def damaged(path: Path, error: Exception) -> ShardError:
-    """What to raise where a shard's data can't be read."""
-    return ShardError(f"{path}: is damaged inside ({error}); {REMEDY}")
 
 
 class Shard:
@@ -40,16 +31,12 @@ class Shard:
 
     Raises:
         ShardError: the file is absent, damaged, no shard, or of another format version.
+        UnreadableShardError: the system refuses to read it.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        try:
-            self.h5 = h5py.File(path, "r")
-        except OSError as error:
-            if not path.exists():
-                raise ShardError(f"{path}: is absent; {AGAIN}") from error
-            raise ShardError(f"{path}: not an HDF5 file, or cut short; if it is a shard, {REMEDY}") from error
+        self.h5 = _open(path)
         try:
             self._check_format()
         except BaseException:
@@ -124,7 +111,7 @@ class Shard:
             raise ShardError(f"{self.path}: has no dataset {camera}/{name}; it has {', '.join(self.cameras)}")
         return found
 
-    def strings(self, camera: str, name: str, rows: slice = slice(None)) -> tuple[str, ...]:
+    def strings(self, camera: str, name: str, rows: slice | list[int] = slice(None)) -> tuple[str, ...]:
         """Rows of a text dataset."""
         return tuple(self.dataset(camera, name).asstr()[rows])
 
@@ -175,3 +162,20 @@ class Shard:
     def _attribute(self, name: str) -> object:
         value = self.h5.attrs.get(name)
         return value.item() if isinstance(value, np.generic) else value
+
+
+def _open(path: Path) -> h5py.File:
+    """Open for reading, without HDF5's locks: shards are replaced whole, and not all systems have locks."""
+    try:
+        file_status(path)
+    except FileNotFoundError as error:
+        raise ShardError(f"{path}: is absent; {AGAIN}") from error
+    except OSError as error:
+        raise unreadable(path, str(error.strerror)) from error
+    try:
+        return h5py.File(path, "r", locking=False)
+    except OSError as error:
+        reason = refusal(error)
+        if reason:
+            raise unreadable(path, reason) from error
+        raise ShardError(f"{path}: not an HDF5 file, or cut short; if it is a shard, {REMEDY}") from error

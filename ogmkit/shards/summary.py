@@ -3,10 +3,11 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from ogmkit.errors import ShardError
+from ogmkit.errors import ShardError, UnreadableShardError
 from ogmkit.frames import SceneRecord
+from ogmkit.shards.faults import H5_ERRORS
 from ogmkit.shards.manifest import file_sha256
-from ogmkit.shards.reader import H5_ERRORS, Shard
+from ogmkit.shards.reader import Shard
 from ogmkit.shards.settings import ExtractSettings
 from ogmkit.shards.structure import structure_problems
 
@@ -62,7 +63,11 @@ def summarise(path: Path, *, sha256: str | None = None) -> ShardSummary:
 
 
 def is_current(path: Path, scene: SceneRecord, settings: ExtractSettings, dataset_version: str) -> bool:
-    """Whether `path` is a whole shard of this very scene with these settings."""
+    """Whether `path` is a whole shard of this very scene with these settings.
+
+    Raises:
+        UnreadableShardError: the system refuses to read it.
+    """
     try:
         with Shard(path) as shard:
             return (
@@ -75,5 +80,7 @@ def is_current(path: Path, scene: SceneRecord, settings: ExtractSettings, datase
                     for camera, frames in scene.cameras.items()
                 )
             )
+    except UnreadableShardError:
+        raise  # to write it again might lose a sound one
     except (ShardError, *H5_ERRORS):
         return False

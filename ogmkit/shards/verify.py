@@ -9,6 +9,7 @@ from ogmkit.base.differences import differences
 from ogmkit.errors import ShardError
 from ogmkit.shards.crosschecks import cross_problems
 from ogmkit.shards.crosschecks_added import added_problems
+from ogmkit.shards.faults import AGAIN, H5_ERRORS, REMEDY, damaged
 from ogmkit.shards.manifest import (
     AMENDING,
     LOCK,
@@ -20,7 +21,7 @@ from ogmkit.shards.manifest import (
     read_manifest,
     unfinished_command,
 )
-from ogmkit.shards.reader import AGAIN, H5_ERRORS, REMEDY, Shard
+from ogmkit.shards.reader import Shard
 from ogmkit.shards.structure import structure_problems
 
 
@@ -116,7 +117,7 @@ def _shard_problems(
     except ShardError as error:
         yield _without_path(error, path)
     except H5_ERRORS as error:
-        yield f"is damaged inside ({error}); {REMEDY}"
+        yield _without_path(damaged(path, error), path)
 
 
 def _file_problems(path: Path, entry: ShardEntry) -> Iterator[str]:

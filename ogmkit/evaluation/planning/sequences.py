@@ -13,7 +13,8 @@ from ogmkit.metrics.plan import STEPS
 from ogmkit.samples.index import FrameIndex, index_sequences
 from ogmkit.samples.poses import require_finite_poses
 from ogmkit.samples.spec import SampleSpec
-from ogmkit.shards.reader import H5_ERRORS, REMEDY, Shard, damaged
+from ogmkit.shards.faults import H5_ERRORS, REMEDY, damaged
+from ogmkit.shards.reader import Shard
 from ogmkit.typing import FloatArray, IntArray
 
 

@@ -13,7 +13,7 @@ from ogmkit.evaluation.progress import Tick
 from ogmkit.evaluation.scope import paths
 from ogmkit.grid import GridSpec
 from ogmkit.metrics.plan import STEPS
-from ogmkit.shards.reader import REMEDY, damaged
+from ogmkit.shards.faults import REMEDY, damaged
 from ogmkit.typing import FloatArray, UInt8Array
 
 

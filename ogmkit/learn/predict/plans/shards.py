@@ -18,8 +18,9 @@ from ogmkit.samples.index import SEQUENCE, FrameIndex, index_sequences
 from ogmkit.samples.poses import require_finite_poses
 from ogmkit.samples.spec import SampleSpec
 from ogmkit.shards import schema
+from ogmkit.shards.faults import H5_ERRORS, damaged
 from ogmkit.shards.manifest import read_manifest
-from ogmkit.shards.reader import H5_ERRORS, Shard, damaged
+from ogmkit.shards.reader import Shard
 from ogmkit.typing import FloatArray
 
 
