@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from ogmkit.base.files import read_text
+
 from .command import Command
 from .logs import note
 from .options import json_option
@@ -134,7 +136,7 @@ def _show(config: Config, summary: ChainSummary) -> None:
     """The tables, and where everything is."""
     for path in summary.tables:
         if path.suffix == ".txt":
-            click.echo(path.read_text(encoding="utf-8"))
+            click.echo(read_text(path))
     _show_left(summary.left)
     pictures = with_number(len(summary.pictures), "picture")
     click.echo(

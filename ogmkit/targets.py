@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from ogmkit.base.files import read_bytes
 from ogmkit.base.jpeg import jpeg_size
 from ogmkit.errors import DataFileError
 from ogmkit.frames import FrameRecord
@@ -88,7 +89,7 @@ def read_image(frame: FrameRecord) -> bytes:
     """
     path = resolve(frame.dataroot, frame.image_path)
     try:
-        data = _read_limited(path)
+        data = read_bytes(path, _MAX_IMAGE_BYTES)
         size = jpeg_size(data)
     except OSError as error:
         raise DataFileError(_image_problem(frame, path, f"can't be read ({error.strerror})")) from error
@@ -98,13 +99,6 @@ def read_image(frame: FrameRecord) -> bytes:
         found, expected = (f"{width} × {height}" for height, width in (size, frame.image_size))
         raise DataFileError(_image_problem(frame, path, f"is {found} pixels, by its table {expected}"))
     return data
-
-
-def _read_limited(path: Path) -> bytes:
-    file_bytes = path.stat().st_size
-    if file_bytes > _MAX_IMAGE_BYTES:
-        raise ValueError(f"{file_bytes} bytes are too many")
-    return path.read_bytes()
 
 
 def _image_problem(frame: FrameRecord, path: Path, what: str) -> str:

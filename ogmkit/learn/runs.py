@@ -6,6 +6,7 @@ from typing import Any, Protocol
 
 from ogmkit.base.atomic import is_part, output_errors, replacing, write_json
 from ogmkit.base.differences import differences
+from ogmkit.base.files import read_text
 from ogmkit.errors import CheckpointError, OutputError
 from ogmkit.learn.settings import TrainSettings
 
@@ -44,9 +45,7 @@ def read_yaml(path: Path) -> dict[str, Any]:
     import yaml  # noqa: PLC0415  # comes with the extra `train`
 
     try:
-        if path.stat().st_size > _MAX_BYTES:
-            raise CheckpointError(f"{path}: is too large for settings; choose another file")
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        content = yaml.safe_load(read_text(path, _MAX_BYTES))
     except OSError as error:
         raise CheckpointError(f"{path}: can't be read ({error.strerror}); choose another file") from error
     except (yaml.YAMLError, ValueError) as error:

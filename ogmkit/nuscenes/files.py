@@ -4,6 +4,7 @@ import struct
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from ogmkit.base.files import file_status, open_file, read_bytes
 from ogmkit.base.jpeg import jpeg_size
 from ogmkit.errors import OgmkitError
 from ogmkit.nuscenes.overview import is_present
@@ -79,9 +80,9 @@ def _image_problems(root: Path, filename: str, expected: tuple[int, int]) -> Ite
         yield "R701", False, filename
         return
     try:
-        size = jpeg_size(resolve(root, filename).read_bytes())
+        size = jpeg_size(read_bytes(resolve(root, filename)))
     except (OSError, ValueError) as error:
-        yield "R702", False, f"{filename}: {error}"
+        yield "R702", False, f"{filename}: {_reason(error)}"
         return
     if size != expected:
         (height, width), (rows, columns) = expected, size
@@ -90,9 +91,9 @@ def _image_problems(root: Path, filename: str, expected: tuple[int, int]) -> Ite
 
 def _lidar_problems(root: Path, filename: str) -> Iterator[Problem]:
     try:
-        size = resolve(root, filename).stat().st_size
-    except (OSError, OgmkitError):
-        yield "R703", False, f"{filename}: absent"
+        size = file_status(resolve(root, filename)).st_size
+    except (OSError, OgmkitError) as error:
+        yield "R703", False, f"{filename}: {_reason(error)}"
         return
     if size == 0 or size % _LIDAR_POINT_BYTES:
         yield "R703", False, f"{filename}: {size} bytes are no whole number of points"
@@ -102,7 +103,7 @@ def _mask_problems(root: Path, filename: str, used: bool, extent_m: list[float |
     try:
         width, height = _mask_size(resolve(root, filename))
     except (OSError, ValueError, OgmkitError) as error:
-        yield "R705", used, f"{filename}: {error.strerror if isinstance(error, OSError) else error}"
+        yield "R705", used, f"{filename}: {_reason(error)}"
         return
     x_max, y_max, x_min, y_min = extent_m
     if x_max is None or y_max is None or x_min is None or y_min is None:
@@ -113,6 +114,13 @@ def _mask_problems(root: Path, filename: str, used: bool, extent_m: list[float |
         yield "R706", False, f"{filename}: {width} × {height} pixels, ego up to ({x_max:.0f}, {y_max:.0f}) m"
 
 
+def _reason(error: Exception) -> str:
+    """Why a file can't be read; the line names it anyway."""
+    if isinstance(error, FileNotFoundError):
+        return "absent"
+    return str(error.strerror if isinstance(error, OSError) else error)
+
+
 def _mask_size(path: Path) -> tuple[int, int]:
     """(width, height) of a greyscale PNG by its header.
 
@@ -120,7 +128,7 @@ def _mask_size(path: Path) -> tuple[int, int]:
         ValueError: it is something else, or cut short.
         OSError: it can't be read.
     """
-    with path.open("rb") as file:
+    with open_file(path) as file:
         head = file.read(_PNG_HEADER.size)
         file.seek(0, 2)
         file.seek(max(0, file.tell() - len(_PNG_END)))

@@ -15,6 +15,7 @@ from filelock import FileLock
 from PIL.Image import Image
 from platformdirs import user_cache_path
 
+from ogmkit.base.files import file_status, open_file
 from ogmkit.base.news import Waiting, tell
 from ogmkit.errors import DataFileError, OutputError
 from ogmkit.nuscenes.png import read_grey_png
@@ -41,7 +42,7 @@ class _Header:
     def read(cls, path: Path) -> Self | None:
         """Read a decoded mask's header; None where there is no whole file of this version."""
         try:
-            with path.open("rb") as file:
+            with open_file(path) as file:
                 data = file.read(cls.SIZE)
                 file_bytes = os.fstat(file.fileno()).st_size
         except OSError:
@@ -123,7 +124,7 @@ class MaskStore:
             OutputError: the cache folder can't be written.
         """
         try:
-            source = png.stat()
+            source = file_status(png)
         except OSError as error:
             raise DataFileError(f"{png}: map mask can't be read ({error.strerror}); restore it") from error
         state = (source.st_size, source.st_mtime_ns)

@@ -6,6 +6,7 @@ from pathlib import Path
 from PIL.Image import Image
 from PIL.PngImagePlugin import PngImageFile
 
+from ogmkit.base.files import open_file
 from ogmkit.errors import DataFileError
 
 _MAX_PIXELS = 1 << 31
@@ -24,7 +25,7 @@ def read_grey_png(path: Path) -> Image:
         DataFileError: the file is absent, no 8-bit greyscale or 1-bit PNG, damaged, or over 2^31 pixels.
     """
     try:
-        with path.open("rb") as file:
+        with open_file(path) as file:
             image = PngImageFile(file)
             _check_header(path, image)
             image.verify()  # checksums of all chunks; decoding alone would forgive a missing end

@@ -4,6 +4,7 @@ import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from ogmkit.base.files import read_text
 from ogmkit.base.names import unknown
 from ogmkit.errors import SettingsError, TableError
 
@@ -51,7 +52,7 @@ def read_split_file(path: Path) -> dict[str, tuple[str, ...]]:
         TableError: the file is absent, no JSON, or holds something else.
     """
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(read_text(path))
     except OSError as error:
         raise TableError(f"{path}: split file can't be read ({error.strerror}); check the path") from error
     except (ValueError, RecursionError) as error:

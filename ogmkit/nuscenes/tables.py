@@ -14,6 +14,7 @@ import duckdb
 import numpy as np
 from numpy.typing import NDArray
 
+from ogmkit.base.files import open_file
 from ogmkit.errors import SettingsError, TableError
 from ogmkit.nuscenes.paths import one_line
 from ogmkit.nuscenes.schema import Column, columns
@@ -224,7 +225,7 @@ def _reason(error: Exception) -> str:
 def _require_array(path: Path) -> None:
     """Refuse what DuckDB would accept or explain badly: absent, empty, another format, cut off at the end."""
     try:
-        with path.open("rb") as file:
+        with open_file(path) as file:
             head = file.read(_HEAD_BYTES).strip()
             file.seek(max(0, os.fstat(file.fileno()).st_size - _HEAD_BYTES))
             tail = file.read().rstrip()

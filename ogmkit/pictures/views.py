@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
+from ogmkit.base.files import open_file
 from ogmkit.errors import DataFileError
 from ogmkit.geometry.se3 import inverse
 from ogmkit.nuscenes.paths import resolve
@@ -113,7 +114,8 @@ def _image(
 def _decode(source: Path | io.BytesIO, size: tuple[int, int], place: str, remedy: str) -> UInt8Array:
     """RGB pixels of a JPEG; its header is checked before anything of its size is allocated."""
     try:
-        with Image.open(source, formats=("JPEG",)) as picture:
+        stream = open_file(source) if isinstance(source, Path) else source
+        with stream, Image.open(stream, formats=("JPEG",)) as picture:
             found = picture.height, picture.width
             if found == size:
                 return np.asarray(picture.convert("RGB"))

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ogmkit.base.files import read_bytes
 from ogmkit.errors import DataFileError
 from ogmkit.frames import FrameRecord
 from ogmkit.geometry.se3 import transform_points
@@ -12,7 +13,6 @@ from ogmkit.typing import Float32Array, FloatArray
 
 _VALUES = 5  # x, y, z, intensity, ring
 _BYTES_PER_POINT = 4 * _VALUES
-_MAX_BYTES = 1 << 28
 
 
 def lidar_points_level(frame: FrameRecord) -> Float32Array:
@@ -47,12 +47,11 @@ def read_points(path: Path, remedy: str) -> Float32Array:
         DataFileError: the file is absent, empty or not a whole number of points.
     """
     try:
-        file_bytes = path.stat().st_size
-        if not 0 < file_bytes <= _MAX_BYTES or file_bytes % _BYTES_PER_POINT:
-            raise DataFileError(f"{path}: {file_bytes} bytes are not whole points of 5 float32; {remedy}")
-        data = path.read_bytes()
+        data = read_bytes(path)
     except OSError as error:
         raise DataFileError(f"{path}: can't be read ({error.strerror}); {remedy}") from error
+    if not data or len(data) % _BYTES_PER_POINT:
+        raise DataFileError(f"{path}: {len(data)} bytes are not whole points of 5 float32; {remedy}")
     points: Float32Array = np.frombuffer(data, "<f4").reshape(-1, _VALUES)[:, :4]
     return points[np.isfinite(points).all(axis=1)]
 

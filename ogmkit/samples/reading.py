@@ -10,6 +10,7 @@ from typing import Any
 import cv2
 import numpy as np
 
+from ogmkit.base.files import read_bytes
 from ogmkit.errors import DataFileError
 from ogmkit.geometry.camera import image_from_resized
 from ogmkit.geometry.se3 import transform_points
@@ -105,7 +106,7 @@ def _images(
 
 def _file(path: Path) -> UInt8Array:
     try:
-        return np.frombuffer(path.read_bytes(), np.uint8)
+        return np.frombuffer(read_bytes(path), np.uint8)
     except OSError as error:
         raise DataFileError(
             f"{path}: image can't be read ({error.strerror}); bring the dataset back, or extract with "

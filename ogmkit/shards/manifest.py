@@ -8,6 +8,7 @@ from typing import Any
 
 from ogmkit import __version__
 from ogmkit.base.atomic import write_json
+from ogmkit.base.files import open_file, read_text
 from ogmkit.errors import SettingsError, ShardError
 from ogmkit.shards.settings import ExtractSettings
 
@@ -21,8 +22,6 @@ LOCK = ".ogmkit-extract.lock"
 
 FORMAT = "ogmkit-manifest"
 FORMAT_VERSION = 1
-
-_MAX_BYTES = 1 << 28
 
 
 @dataclass(frozen=True)
@@ -126,9 +125,7 @@ def read_json(path: Path) -> dict[str, Any]:
         ShardError: the file is absent, too large, or holds no JSON object.
     """
     try:
-        if path.stat().st_size > _MAX_BYTES:
-            raise ShardError(f"{path}: is too large to be ogmkit's; move it elsewhere")
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(read_text(path))
     except OSError as error:
         raise ShardError(
             f"{path}: can't be read ({error.strerror}); choose a folder that `ogmkit extract` finished"
@@ -157,7 +154,7 @@ def unfinished_command(out: Path) -> str | None:
 
 def file_sha256(path: Path) -> str:
     """SHA-256 of a file's bytes, hexadecimal."""
-    with path.open("rb") as file:
+    with open_file(path) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 

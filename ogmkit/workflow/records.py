@@ -10,6 +10,7 @@ from typing import Any, Literal, get_args
 
 from ogmkit import __version__
 from ogmkit.base.atomic import write_json
+from ogmkit.base.files import read_text
 from ogmkit.errors import OutputError, ShardError
 
 NAME = "manifest.json"
@@ -63,20 +64,22 @@ def read_records(out: Path) -> dict[str, Record]:
     """The records of a folder, by the steps' names; none where no run has begun.
 
     Raises:
-        ShardError: the manifest is damaged or of another format version.
+        ShardError: the manifest can't be read, is damaged or of another format version.
         OutputError: it is another program's.
     """
     path = out / NAME
     if not path.exists():
         return {}
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(read_text(path))
         if content["format"] != FORMAT:
             raise OutputError(f"{path}: is not the manifest of an `ogmkit run`; choose another `out`")
         if content["format_version"] != FORMAT_VERSION:
             found = content["format_version"]
             raise ShardError(f"{path}: has format {found}, not {FORMAT_VERSION}; choose another `out`")
         return {name: _record(values) for name, values in content["steps"].items()}
+    except OSError as error:
+        raise ShardError(f"{path}: can't be read ({error.strerror}); choose another `out`") from error
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise ShardError(
             f"{path}: is damaged ({error}); remove it and run again: what is whole is kept"

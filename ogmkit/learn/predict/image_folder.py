@@ -10,6 +10,7 @@ import numpy as np
 import torch
 from torch.utils.data import Dataset
 
+from ogmkit.base.files import read_bytes
 from ogmkit.base.jpeg import jpeg_size
 from ogmkit.errors import DataFileError
 from ogmkit.geometry.camera import image_from_resized
@@ -167,7 +168,7 @@ def read_image(path: Path, source_size: tuple[int, int], size: tuple[int, int]) 
         DataFileError: it is absent, damaged or of another size.
     """
     try:
-        data = path.read_bytes()
+        data = read_bytes(path)
     except OSError as error:
         raise DataFileError(f"{path}: image can't be read ({error.strerror})") from error
     is_png = data.startswith(_PNG_START)

@@ -7,14 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from ogmkit.base.files import read_text
 from ogmkit.base.names import unknown
 from ogmkit.errors import TableError
 from ogmkit.typing import FloatArray
 
 Reader = Callable[[str, object], Any]
 """Key and JSON value → what is meant; raises ValueError, with the key, where the value is none."""
-
-_MAX_BYTES = 1 << 28
 
 
 def json_object(path: Path, keys: Iterable[str]) -> dict[str, Any]:
@@ -25,12 +24,10 @@ def json_object(path: Path, keys: Iterable[str]) -> dict[str, Any]:
         keys: that it may have, for messages.
 
     Raises:
-        TableError: it is absent, no JSON, or no object with anything in it.
+        TableError: it is absent, too large, no JSON, or no object with anything in it.
     """
     try:
-        if path.stat().st_size > _MAX_BYTES:
-            raise TableError(f"{path}: is too large for a calibration; choose another file")
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(read_text(path))
     except OSError as error:
         raise TableError(f"{path}: can't be read ({error.strerror}); choose another file") from error
     except (ValueError, RecursionError) as error:
