@@ -37,7 +37,7 @@ def add_to_shard(path: Path, write: Callable[[ShardFile], None], *, replaced: Co
     """
     with replacing(path) as part, create(part) as file:
         try:
-            with h5py.File(path, "r") as old, file.writing() as new:
+            with h5py.File(path, "r", locking=False) as old, file.writing() as new:
                 _copy(old, new, replaced)
             write(file)
         except (OSError, RuntimeError) as error:

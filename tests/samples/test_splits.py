@@ -47,7 +47,7 @@ def test_a_random_division_is_of_whole_scenes_and_proportional(manifest):
 
 @pytest.mark.parametrize(("ratio", "held_out"), [((77, 9), 1), ((1, 99), 2), ((1, 1), 2)])
 def test_neither_part_is_empty(manifest, ratio, held_out):
-    few = dataclasses.replace(manifest, sample_shards=manifest.shards[:3])
+    few = dataclasses.replace(manifest, shards=manifest.shards[:3])
 
     splits = split_scenes(few, ratio=ratio)
 
@@ -56,7 +56,7 @@ def test_neither_part_is_empty(manifest, ratio, held_out):
 
 
 def test_what_can_t_be_is_refused(manifest, tmp_path):
-    one = dataclasses.replace(manifest, sample_shards=manifest.shards[:1])
+    one = dataclasses.replace(manifest, shards=manifest.shards[:1])
     with pytest.raises(SettingsError, match="split ratio 77/0: both parts must be at least 1"):
         split_scenes(manifest, ratio=(77, 0))
     with pytest.raises(SettingsError, match="split ratio 77/9: there are fewer than two scenes"):
