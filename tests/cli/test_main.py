@@ -4,7 +4,6 @@ import errno
 import os
 import subprocess
 import sys
-import types
 
 import click
 import pytest
@@ -28,7 +27,7 @@ def run_raising(monkeypatch):
             raise error
 
         monkeypatch.setitem(shell.COMMANDS, "fail", "Fail.")
-        monkeypatch.setitem(sys.modules, "ogmkit_cli.fail", types.SimpleNamespace(command=command))
+        monkeypatch.setattr(shell.main, "get_command", lambda context, name: command)
         return CliRunner().invoke(shell.main, ["fail"])
 
     return run

@@ -1,8 +1,6 @@
 import json
 
 import numpy as np
-import onnx
-import onnxruntime
 import pytest
 import torch
 
@@ -15,6 +13,8 @@ from ogmkit.learn.models.projective import through_four_points as solved
 from ogmkit.learn.models.projective import unit_h33
 from ogmkit.learn.predict.run import open_run
 
+onnx = pytest.importorskip("onnx", reason="onnx is not installed: pip install 'ogmkit[onnx]'")
+onnxruntime = pytest.importorskip("onnxruntime", reason="onnx is not installed: pip install 'ogmkit[onnx]'")
 GRID = GridSpec(0.5, 80, 60, 80.0, 34.0)
 BOTH = ("CAM_BACK", "CAM_FRONT")
 SIZE = (70, 100)
