@@ -1,6 +1,7 @@
 """Map masks' PNG files, read whole or not at all."""
 
 import struct
+import zlib
 from pathlib import Path
 
 from PIL.Image import Image
@@ -8,11 +9,13 @@ from PIL.PngImagePlugin import PngImageFile
 
 from ogmkit.base.files import open_file
 from ogmkit.errors import DataFileError
+from ogmkit.nuscenes.png_stream import require_whole_stream
 
 _MAX_PIXELS = 1 << 31
 _MAX_SIDE = 1 << 20
 _END_CHECKSUM = b"\xaeB`\x82"
-_UNREADABLE = (OSError, SyntaxError, ValueError, EOFError, struct.error)  # what Pillow raises on bad PNGs
+_UNREADABLE = (OSError, SyntaxError, ValueError, EOFError, struct.error, zlib.error)
+"""What Pillow and zlib raise on bad PNGs."""
 
 
 def read_grey_png(path: Path) -> Image:
@@ -31,6 +34,7 @@ def read_grey_png(path: Path) -> Image:
             image.verify()  # checksums of all chunks; decoding alone would forgive a missing end
             if file.read(len(_END_CHECKSUM)) != _END_CHECKSUM:
                 raise DataFileError(f"{path}: map mask is cut short; restore it")
+            require_whole_stream(file)
             file.seek(0)
             image = PngImageFile(file)
             image.load()

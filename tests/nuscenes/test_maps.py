@@ -17,6 +17,7 @@ from PIL import Image
 from ogmkit.errors import DataFileError, OutputError
 from ogmkit.nuscenes import maps
 from ogmkit.nuscenes.maps import MaskStore
+from ogmkit.nuscenes.png import read_grey_png
 
 
 @pytest.fixture
@@ -216,6 +217,60 @@ def test_anything_but_a_whole_greyscale_png_is_named(store, png, content):
     assert not list(store.cache_dir.glob("*.mask")) + list(store.cache_dir.glob("*.partial"))
 
 
+def _idat(rows):
+    """The stream of some rows, each after its filter's number, ended as a whole one is."""
+    return _chunk(b"IDAT", zlib.compress(b"".join(b"\0" + row.tobytes() for row in rows)))
+
+
+@pytest.mark.parametrize("rows", [0, 1, 30, 59])
+def test_a_mask_whose_pixels_end_early_is_no_mask_with_black_below(store, png, rows):
+    """Every chunk is sound, and so is the stream's end."""
+    png.write_bytes(_png_header(60, 60) + _idat(_pixels((60, 60))[:rows]) + _chunk(b"IEND", b""))
+    with pytest.raises(
+        DataFileError, match=r"mask\.png: map mask is not a whole PNG \(its pixels end early\)"
+    ):
+        store.open(png)
+
+
+@pytest.mark.parametrize("cut", [1, 5, 200, 600])
+def test_a_mask_whose_stream_is_cut_is_refused(store, png, cut):
+    """The chunk's checksum goes with what is left."""
+    whole = zlib.compress(b"".join(b"\0" + row.tobytes() for row in _pixels((60, 60))))
+    png.write_bytes(_png_header(60, 60) + _chunk(b"IDAT", whole[: -4 - cut]) + _chunk(b"IEND", b""))
+    with pytest.raises(DataFileError, match=r"mask\.png: map mask is not a whole PNG"):
+        store.open(png)
+
+
+def test_a_stream_in_several_chunks_is_one(store, png):
+    pixels = _pixels((60, 60))
+    whole = zlib.compress(b"".join(b"\0" + row.tobytes() for row in pixels))
+    parts = [_chunk(b"IDAT", whole[start : start + 100]) for start in range(0, len(whole), 100)]
+    png.write_bytes(_png_header(60, 60) + b"".join(parts) + _chunk(b"IEND", b""))
+    np.testing.assert_array_equal(_whole(store.open(png)), pixels // 255)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (3, 5), (8, 9), (61, 37)])
+@pytest.mark.parametrize("depth", [1, 8])
+def test_interlaced_masks_are_whole_by_their_passes(png, shape, depth):
+    """The sizes of Adam7's passes, from the standard's own drawing of one 8 × 8 block."""
+    block = np.array([[int(digit) for digit in row] for row in _ADAM7_BLOCK.split()])
+    passes = np.tile(block, (8, 8))[: shape[0], : shape[1]]
+    raw = b""
+    for number in range(1, 8):
+        rows = [row[row == number] for row in passes if (row == number).any()]
+        raw += b"".join(bytes(1 + -(-len(row) * depth // 8)) for row in rows)
+    header = struct.pack(">IIBBBBB", shape[1], shape[0], depth, 0, 0, 0, 1)
+    start, end = b"\x89PNG\r\n\x1a\n" + _chunk(b"IHDR", header), _chunk(b"IEND", b"")
+    png.write_bytes(start + _chunk(b"IDAT", zlib.compress(raw)) + end)
+    assert not np.asarray(read_grey_png(png)).any()
+    png.write_bytes(start + _chunk(b"IDAT", zlib.compress(raw[:-1])) + end)
+    with pytest.raises(DataFileError, match="pixels end early"):
+        read_grey_png(png)
+
+
+_ADAM7_BLOCK = "16462646 77777777 56565656 77777777 36463646 77777777 56565656 77777777"
+
+
 def test_an_absent_mask_is_named(store, png):
     png.unlink()
     with pytest.raises(DataFileError, match=r"mask\.png.*No such file"):
@@ -245,6 +300,7 @@ from pathlib import Path
 from ogmkit.geometry.se3 import level_from_global, pose_matrix
 from ogmkit.grid import GridSpec
 from ogmkit.nuscenes.maps import MaskStore
+from ogmkit.nuscenes.png import read_grey_png
 from ogmkit.raster.drivable import drivable_mask
 
 mask = MaskStore(Path(sys.argv[2])).open(Path(sys.argv[1]))
