@@ -5,11 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
+from ogmkit.base.steps import STEP_S, STEPS, nearest_rows
 from ogmkit.geometry.se3 import level_from_global
 from ogmkit.typing import BoolArray, FloatArray, IntArray, UInt8Array
 
-STEPS = 6
-"""Key frames of past and of future around a frame (design.md §3)."""
+AROUND = range(-STEPS, STEPS + 1)
+"""Steps at which a frame's record knows its neighbours."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +85,8 @@ class FrameRecord:
         ego_from_camera: (4, 4) float64.
         global_from_ego: (4, 4) float64, the ego pose of the image (design.md §1), not the LiDAR's.
         boxes: all annotations of the sample, at the sample's time.
-        neighbour_timestamps_us: (13,) int64 of this camera's images at steps −6 … +6; −1 where there is none.
+        neighbour_timestamps_us: (13,) int64 of this camera's key frames at steps −6 … +6, as `neighbours`
+            finds them; −1 where there is none.
         neighbour_positions_global: (13, 3) float64 of the ego there; NaN where there is none.
         lidar: the sample's LiDAR sweep, None where the dataset has none.
     """
@@ -134,21 +136,22 @@ class SceneRecord:
     cameras: dict[str, tuple[FrameRecord, ...]]
 
 
-def neighbours(times_us: IntArray, positions_global: FloatArray) -> tuple[IntArray, FloatArray]:
+def neighbours(
+    times_us: IntArray, positions_global: FloatArray, step_s: float = STEP_S
+) -> tuple[IntArray, FloatArray]:
     """Times and positions of the frames around each frame, as its `FrameRecord` holds them.
 
     Args:
-        times_us: (N,) int64 of a camera's key frames, in temporal order.
+        times_us: (N,) int64 of a camera's key frames, in temporal order, at any rate.
         positions_global: (N, 3) float64 of the ego there, metres.
+        step_s: time from one step to the next, as the targets' settings have it.
 
     Returns:
-        (N, 13) times and (N, 13, 3) positions at steps −6 … +6; −1 and NaN beyond the ends.
+        (N, 13) times and (N, 13, 3) positions at steps −6 … +6; −1 and NaN where no frame is near enough.
     """
-    count = len(times_us)
-    padded_times = np.pad(times_us, STEPS, constant_values=-1)
-    padded_positions = np.pad(positions_global, ((STEPS, STEPS), (0, 0)), constant_values=np.nan)
-    steps = np.arange(count)[:, None] + np.arange(2 * STEPS + 1)
-    return padded_times[steps], padded_positions[steps]
+    rows = nearest_rows(times_us, AROUND, step_s)
+    there = rows >= 0
+    return np.where(there, times_us[rows], -1), np.where(there[..., None], positions_global[rows], np.nan)
 
 
 def _where(names: tuple[str, ...], keep: BoolArray) -> tuple[str, ...]:

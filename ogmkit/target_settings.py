@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from ogmkit.base.stated import require_stated, setting, with_default
+from ogmkit.base.steps import GAP_STEPS, STEP_S
 from ogmkit.errors import SettingsError
 from ogmkit.grid import GridSpec
 from ogmkit.homography.settings import FitSettings
@@ -26,12 +27,20 @@ class TargetSettings:
     grid: GridSpec = field(default_factory=GridSpec)
     categories: tuple[str, ...] = with_default(FitSettings, "categories", ("vehicle.",))
     min_visibility: int = with_default(FitSettings, "min_visibility", 0)
-    max_gap_s: float = setting(
-        0.75,
-        "Maximum time between key frames within a trajectory.",
+    step_s: float = setting(
+        STEP_S,
+        "Time from one point of a trajectory, or image of a sequence, to the next.",
+        above=0,
+        form="SECONDS",
+        flag="--step",
+    )
+    max_gap_s: float | None = setting(
+        None,
+        "Maximum time between two of them.",
         above=0,
         form="SECONDS",
         flag="--max-gap",
+        unset=f"{GAP_STEPS:g} × the step",
     )
     images: ImagesMode = setting(
         "bytes", "Keep each JPEG itself, or only its path (none: the file may be absent)."
@@ -42,3 +51,8 @@ class TargetSettings:
         require_stated(self)
         if not self.categories or not all(self.categories):
             raise SettingsError("categories: name at least one prefix, such as vehicle.")
+
+    @property
+    def gap_s(self) -> float:
+        """Maximum time between two neighbours, seconds."""
+        return GAP_STEPS * self.step_s if self.max_gap_s is None else self.max_gap_s

@@ -74,7 +74,7 @@ def build_targets(frame: FrameRecord, settings: TargetSettings, map_mask: MapMas
         drivable=drivable_mask(grid, level_from_global, map_mask),
         vehicles=vehicle_mask(grid, level_from_global, shown),
         field_of_view=field_of_view_mask(grid, frame.intrinsics, frame.level_from_camera, frame.image_size),
-        trajectory=trajectory(frame, settings.max_gap_s),
+        trajectory=trajectory(frame, settings.gap_s, step_s=settings.step_s),
         image=image if settings.images == "bytes" else None,
         lidar_points=lidar_points_level(frame) if settings.lidar else None,
     )

@@ -64,7 +64,8 @@ def test_a_scene_s_start_leaves_the_past_invalid_and_nan():
 
 def test_a_gap_ends_the_path_outwards_on_its_side_only():
     times = _REGULAR_US.copy()
-    times[9:] += 300_000
+    times[7:9] -= 100_000
+    times[9:] += 200_000  # 0.8 s after the one before, each within half a step of its time
     path = trajectory(_driving_north(times))
     np.testing.assert_array_equal(path.future_valid, [True, True, False, False, False, False])
     assert np.isnan(path.future[2:]).all()
@@ -75,10 +76,26 @@ def test_a_gap_ends_the_path_outwards_on_its_side_only():
 
 def test_a_gap_before_the_frame_cuts_all_of_the_past():
     times = _REGULAR_US.copy()
-    times[:6] -= 260_000
-    path = trajectory(_driving_north(times))
+    times[:6] -= 240_000
+    path = trajectory(_driving_north(times), max_gap_s=0.7)
     assert not path.past_valid.any()
     assert path.future_valid.all()
+
+
+def test_a_neighbour_far_from_its_time_is_missing_however_long_gaps_may_be():
+    times = _REGULAR_US.copy()
+    times[8:] += 250_001
+    path = trajectory(_driving_north(times), max_gap_s=5)
+    np.testing.assert_array_equal(path.future_valid, [True] + [False] * 5)
+
+
+def test_neighbours_found_for_another_step_are_missing():
+    path = trajectory(_driving_north(_REGULAR_US), max_gap_s=5, step_s=0.2)
+    assert not path.past_valid.any()
+    assert not path.future_valid.any()
+    fifths_us = 1_000_000_000 + 200_000 * np.arange(-6, 7)
+    assert trajectory(_driving_north(fifths_us), max_gap_s=0.3, step_s=0.2).valid
+    assert not trajectory(_driving_north(fifths_us)).valid
 
 
 def test_the_longest_gap_allowed_is_allowed():

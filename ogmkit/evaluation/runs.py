@@ -67,6 +67,10 @@ class OpenRun(Protocol):
         """Of its predictions."""
 
     @property
+    def step_s(self) -> float:
+        """Time between the images that it plans from, and between the points that it plans."""
+
+    @property
     def cameras(self) -> Sequence[str]:
         """Channels that it was trained on."""
 

@@ -145,20 +145,16 @@ def require_homography(shards: Path, split: str, known: Collection[str], source:
         )
 
 
-def invalid_homographies(index: FrameIndex, length: int = 1) -> dict[str, int]:
-    """Homography that all shards have, sorted → how many samples lack a valid one.
+def invalid_homographies(index: FrameIndex) -> dict[str, int]:
+    """Homography that all shards have, sorted → how many samples lack a valid one, in any of their frames.
 
     Args:
         index: of the samples.
-        length: frames of a sample, consecutive; it lacks one where any of them does.
 
     Raises:
         ShardError: a shard is absent or damaged.
     """
-    counts = [
-        _invalid_of(shard, camera, index.frame[samples, None] - np.arange(length))
-        for shard, camera, samples in by_camera(index)
-    ]
+    counts = [_invalid_of(shard, camera, index.rows[samples]) for shard, camera, samples in by_camera(index)]
     common = set.intersection(*(set(one) for one in counts))
     return {source: sum(one[source] for one in counts) for source in sorted(common)}
 

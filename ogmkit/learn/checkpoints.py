@@ -13,6 +13,7 @@ from lightning.fabric.plugins.io.torch_io import TorchCheckpointIO
 
 from ogmkit import __version__
 from ogmkit.base.atomic import replacing
+from ogmkit.base.steps import STEP_S
 from ogmkit.errors import CheckpointError, OgmkitError, SettingsError
 from ogmkit.grid import GridSpec
 from ogmkit.learn.catalogue import settings_from_dict
@@ -37,6 +38,7 @@ class Card:
         settings: of the training.
         grid: of the shards it was trained on.
         cameras: channels, in the order that the system numbers them.
+        step_s: of these shards.
         epoch: the current one, from 0.
         batches: batches of it that are done.
         package_version: ogmkit's that wrote it.
@@ -45,6 +47,7 @@ class Card:
     settings: TrainSettings
     grid: GridSpec
     cameras: tuple[str, ...]
+    step_s: float = STEP_S
     epoch: int = 0
     batches: int = 0
     package_version: str = __version__
@@ -56,6 +59,7 @@ class Card:
             "settings": self.settings.to_dict(),
             "grid": dataclasses.asdict(self.grid),
             "cameras": list(self.cameras),
+            "step_s": self.step_s,
             "epoch": self.epoch,
             "batches": self.batches,
             "package_version": self.package_version,
@@ -73,6 +77,7 @@ class Card:
             settings=settings_from_dict(values["settings"]),
             grid=GridSpec(**values["grid"]),
             cameras=tuple(str(camera) for camera in values["cameras"]),
+            step_s=float(values["step_s"]),
             epoch=int(values["epoch"]),
             batches=int(values["batches"]),
             package_version=str(values["package_version"]),

@@ -5,7 +5,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from ogmkit.frames import STEPS as DESTINATION
+from ogmkit.base.steps import STEPS as DESTINATION
 from ogmkit.metrics.plan import STEPS
 from ogmkit.typing import FloatArray
 

@@ -20,11 +20,15 @@ SURROUNDING_METRICS = ("off_drivable", "in_vehicle")
 """What depends on what is around the points."""
 METRICS = OWN_METRICS + SURROUNDING_METRICS
 
-HORIZONS_S = (0.5, 1.5, 2.5)
 HORIZON_POINTS = (1, 3, 5)
 """The points that lie at the horizons, counted from 1."""
 READINGS = ("at", "mean")
 """At the horizon's point; over the points up to it."""
+
+
+def horizons_s(step_s: float) -> tuple[float, ...]:
+    """The horizons in seconds: 0.5, 1.5 and 2.5 where points are half a second apart."""
+    return tuple(round(step_s * point, 6) for point in HORIZON_POINTS)
 
 
 def own_values(plans: Plans, truth: FloatArray) -> FloatArray:
@@ -64,7 +68,7 @@ def scene_sums(values: FloatArray, scene: IntArray, scenes: int) -> FloatArray:
     parts = np.stack([np.where(defined, values, 0.0), defined], axis=-1)
     points = np.array(HORIZON_POINTS) - 1
     readings = np.stack([parts[:, :, points], parts.cumsum(axis=2)[:, :, points]], axis=3)
-    sums = np.zeros((scenes, len(values), len(HORIZONS_S), len(READINGS), 2))
+    sums = np.zeros((scenes, len(values), len(HORIZON_POINTS), len(READINGS), 2))
     np.add.at(sums, scene, np.swapaxes(readings, 0, 1))
     return sums
 

@@ -6,7 +6,6 @@ from ogmkit.typing import FloatArray
 
 STEPS = 5
 """Points that are predicted: all of the future but the destination."""
-STEP_S = 0.5
 
 
 @dataclass(frozen=True, eq=False)

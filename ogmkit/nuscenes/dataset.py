@@ -5,6 +5,7 @@ from pathlib import Path
 from types import TracebackType
 
 from ogmkit.base.names import unknown
+from ogmkit.base.steps import STEP_S
 from ogmkit.errors import SettingsError, TableError
 from ogmkit.frames import SceneRecord
 from ogmkit.nuscenes import splits as split_lists
@@ -114,13 +115,16 @@ class Dataset:
         """
         return split_lists.find_split(self.root, self.scene_names(), name, split_file)
 
-    def scene(self, name: str, cameras: Sequence[str], *, lidar: bool = False) -> SceneRecord:
+    def scene(
+        self, name: str, cameras: Sequence[str], *, lidar: bool = False, step_s: float = STEP_S
+    ) -> SceneRecord:
         """One scene's frames by camera, in temporal order.
 
         Args:
             name: the scene's.
             cameras: channel names.
             lidar: give each frame its sample's LiDAR sweep too.
+            step_s: time from one of a frame's neighbours to the next.
 
         Raises:
             SettingsError: there is no such scene or camera.
@@ -141,7 +145,9 @@ class Dataset:
         boxes = read_boxes(self._tables, token)
         sweeps = lidar_records(read_images(self._tables, token, LIDAR)) if lidar else {}
         frames = {
-            camera: frame_records(key, camera, read_images(self._tables, token, camera), boxes, sweeps)
+            camera: frame_records(
+                key, camera, read_images(self._tables, token, camera), boxes, sweeps, step_s
+            )
             for camera in cameras
         }
         return SceneRecord(name=name, location=key.location, cameras=frames)

@@ -98,6 +98,7 @@ def frame_records(
     rows: Columns,
     boxes: Mapping[str, Boxes],
     lidar: Mapping[str, LidarRecord],
+    step_s: float,
 ) -> tuple[FrameRecord, ...]:
     """The frames of one camera.
 
@@ -107,10 +108,12 @@ def frame_records(
         rows: what `read_images` gave for it.
         boxes: by sample token.
         lidar: by sample token; empty where none is wanted.
+        step_s: time from one neighbour to the next.
     """
     global_from_ego, ego_from_camera = _poses(rows)
     intrinsics = stacked(rows["camera_intrinsic"], (3, 3))
-    times_us, positions = neighbours(rows["timestamp"].astype(np.int64), global_from_ego[:, :3, 3])
+    own_us = rows["timestamp"].astype(np.int64)
+    times_us, positions = neighbours(own_us, global_from_ego[:, :3, 3], step_s)
     return tuple(
         FrameRecord(
             dataroot=key.dataroot,
@@ -120,7 +123,7 @@ def frame_records(
             camera=camera,
             sample_token=sample_token,
             sample_data_token=rows["token"][i],
-            timestamp_us=int(rows["timestamp"][i]),
+            timestamp_us=int(own_us[i]),
             image_path=rows["filename"][i],
             image_size=(int(rows["height"][i]), int(rows["width"][i])),
             intrinsics=intrinsics[i],

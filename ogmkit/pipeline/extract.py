@@ -152,7 +152,9 @@ def _tasks(
     for name in request.scenes:
         scene: SceneRecord | OgmkitError
         try:
-            scene = dataset.scene(name, settings.cameras, lidar=settings.targets.lidar)
+            scene = dataset.scene(
+                name, settings.cameras, lidar=settings.targets.lidar, step_s=settings.targets.step_s
+            )
             if ahead is not None and (request.overwrite or not request.path(name).exists()):
                 ahead.decode(scene)
         except OgmkitError as error:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Protocol
 
 from ogmkit.base.names import unknown
+from ogmkit.base.steps import STEP_S
 from ogmkit.errors import SettingsError
 from ogmkit.frames import FrameRecord, SceneRecord
 from ogmkit.nuscenes.paths import UNSAFE_NAME
@@ -32,7 +33,9 @@ class SceneSource(Protocol):
     def categories(self) -> tuple[str, ...]:
         """Names of all object categories, sorted."""
 
-    def scene(self, name: str, cameras: Sequence[str], *, lidar: bool = False) -> SceneRecord:
+    def scene(
+        self, name: str, cameras: Sequence[str], *, lidar: bool = False, step_s: float = STEP_S
+    ) -> SceneRecord:
         """One scene's frames by camera, in temporal order."""
 
 
@@ -76,13 +79,15 @@ class RecordDataset:
         frames = (frame for scene in self.scenes for frames in scene.cameras.values() for frame in frames)
         return tuple(sorted({category for frame in frames for category in frame.boxes.category}))
 
-    def scene(self, name: str, cameras: Sequence[str], *, lidar: bool = False) -> SceneRecord:
-        """One scene with the cameras asked for; frames have the LiDAR sweep that their record names.
+    def scene(
+        self, name: str, cameras: Sequence[str], *, lidar: bool = False, step_s: float = STEP_S
+    ) -> SceneRecord:
+        """One scene with the cameras asked for; sweeps and neighbours are those that the records name.
 
         Raises:
             SettingsError: there is no such scene, or it lacks a camera.
         """
-        del lidar
+        del lidar, step_s
         for scene in self.scenes:
             if scene.name == name:
                 return SceneRecord(name, scene.location, self._chosen(scene, cameras))

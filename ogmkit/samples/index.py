@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from ogmkit.base.names import with_number
+from ogmkit.base.steps import joined, nearest_rows
 from ogmkit.errors import SettingsError, TrainingError
 from ogmkit.grid import GridSpec
 from ogmkit.pipeline.amendment import chosen_cameras
@@ -20,8 +21,21 @@ from ogmkit.typing import BoolArray, IntArray
 SEQUENCE = 6
 """Images of a sequence sample, t = −5 … 0 (design.md §3: τ + 1)."""
 
-_Conditions = Mapping[str, BoolArray]
-"""What a sample must have → (N,) whether it does, over a camera's frames."""
+_AGO = range(1 - SEQUENCE, 1)
+"""Their steps."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Candidates:
+    """Samples that a camera's frames would make.
+
+    Attributes:
+        rows: (N, T) int64 frames of each, the last being the frame itself.
+        conditions: what a sample must have → (N,) whether it does.
+    """
+
+    rows: IntArray
+    conditions: Mapping[str, BoolArray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,23 +47,31 @@ class FrameIndex:
         scenes: their scenes' names.
         cameras: channels.
         grid: of all shards.
+        step_s: time from one image of a sequence, and one point of a trajectory, to the next.
         image_root: the dataset's root, where shards keep paths of images only; else None.
         shard: (N,) int64 place among `paths`.
         camera: (N,) int64 place among `cameras`.
-        frame: (N,) int64 place among the camera's frames; of a sequence, its last one's.
+        rows: (N, T) int64 places among the camera's frames, oldest first; T = 1, or 6 for sequences.
     """
 
     paths: tuple[Path, ...]
     scenes: tuple[str, ...]
     cameras: tuple[str, ...]
     grid: GridSpec
+    step_s: float
     image_root: Path | None
     shard: IntArray
     camera: IntArray
-    frame: IntArray
+    rows: IntArray
 
     def __len__(self) -> int:
-        return len(self.frame)
+        return len(self.rows)
+
+    @property
+    def frame(self) -> IntArray:
+        """(N,) place among the camera's frames; of a sequence, its last one's."""
+        last: IntArray = self.rows[:, -1]
+        return last
 
     def place(self, i: int) -> tuple[str, str, int]:
         """Scene, camera and frame of a sample."""
@@ -88,11 +110,11 @@ def index_frames(
         TrainingError: no frame is left.
     """
 
-    def conditions(shard: Shard, camera: str) -> _Conditions:
+    def candidates(shard: Shard, camera: str) -> _Candidates:
         valid = valid_frames(shard, camera, needs)
-        return valid if valid_only else {}
+        return _Candidates(np.arange(shard.frames(camera))[:, None], valid if valid_only else {})
 
-    return _index(out, scenes, cameras, needs, limit, conditions)
+    return _index(out, scenes, cameras, needs, limit, candidates)
 
 
 def index_sequences(
@@ -105,9 +127,10 @@ def index_sequences(
     valid_only: bool = True,
     whole_trajectory: bool = True,
 ) -> FrameIndex:
-    """Find sequences of six consecutive frames of one camera, in the order of scenes, cameras and time.
+    """Find sequences of six frames of one camera, a step apart, in the order of scenes, cameras and time.
 
-    Neighbours are no further apart than the longest gap that the shards' trajectories bridge.
+    Step and longest gap are those of the shards' trajectories: between two images of a sequence there may be
+    others.
 
     Args:
         out: a folder that `ogmkit extract` wrote.
@@ -123,19 +146,24 @@ def index_sequences(
     Raises:
         SettingsError, ShardError, TrainingError: as `index_frames`.
     """
-    max_gap_s = read_manifest(out).settings.targets.max_gap_s
+    targets = read_manifest(out).settings.targets
 
-    def conditions(shard: Shard, camera: str) -> _Conditions:
+    def candidates(shard: Shard, camera: str) -> _Candidates:
         valid = valid_frames(shard, camera, replace(needs, trajectory=False))
         times_us = shard.dataset(camera, "timestamp_us")[:]
-        found = {f"{SEQUENCE - 1} images before it without a gap": _unbroken(times_us, max_gap_s)}
+        rows = nearest_rows(times_us, _AGO, targets.step_s)
+        there = rows >= 0
+        leads_on = joined(np.where(there, times_us[rows], -1), targets.gap_s)
+        unbroken = np.logical_and.reduce(leads_on, axis=1)
+        found = {f"{SEQUENCE - 1} images before it without a gap": unbroken}
         if whole_trajectory:
             found["a valid trajectory"] = shard.dataset(camera, "trajectory/valid")[:]
         if valid_only:
-            found |= {f"{what} in all {SEQUENCE}": _all_of_last(holds) for what, holds in valid.items()}
-        return found
+            for what, holds in valid.items():
+                found[f"{what} in all {SEQUENCE}"] = np.logical_and.reduce(there & holds[rows], axis=1)
+        return _Candidates(rows, found)
 
-    return _index(out, scenes, cameras, needs, limit, conditions)
+    return _index(out, scenes, cameras, needs, limit, candidates)
 
 
 def _index(
@@ -144,7 +172,7 @@ def _index(
     cameras: Sequence[str],
     needs: SampleSpec,
     limit: int | None,
-    conditions: Callable[[Shard, str], _Conditions],
+    candidates: Callable[[Shard, str], _Candidates],
 ) -> FrameIndex:
     if limit is not None and limit < 1:
         raise SettingsError(f"limit: {limit} frames are not a positive number")
@@ -153,27 +181,29 @@ def _index(
     require_extracted(out, manifest, needs)
     channels = chosen_cameras(out, manifest, cameras)
     paths = tuple(folder.file(scene) for scene in scenes)
-    rows: list[IntArray] = []
+    found: list[tuple[int, int, IntArray]] = []
     counts: dict[str, int] = {}
     seen = 0
     for number, path in enumerate(paths):
         with Shard(path) as shard:
             for channel, camera in enumerate(channels):
-                kept = np.ones(shard.frames(camera), np.bool_)
+                all_of_it = candidates(shard, camera)
+                kept = np.ones(len(all_of_it.rows), np.bool_)
                 seen += len(kept)
-                for what, holds in conditions(shard, camera).items():
+                for what, holds in all_of_it.conditions.items():
                     kept &= holds
                     counts[what] = counts.get(what, 0) + int(holds.sum())
-                frames = np.flatnonzero(kept)
-                rows.append(np.column_stack([np.full_like(frames, n) for n in (number, channel)] + [frames]))
-    found = np.concatenate(rows) if rows else np.zeros((0, 3), np.int64)
-    if not len(found):
+                found.append((number, channel, all_of_it.rows[kept]))
+    if not any(len(rows) for *_, rows in found):
         raise TrainingError(f"{out}: {_nothing_left(seen, counts)}")
-    if limit is not None and limit < len(found):
-        found = found[np.arange(limit) * len(found) // limit]
+    lengths = [len(rows) for *_, rows in found]
+    columns = [np.repeat([one[place] for one in found], lengths) for place in (0, 1)]
+    columns.append(np.concatenate([rows for *_, rows in found]))
+    if limit is not None and limit < sum(lengths):
+        columns = [column[np.arange(limit) * len(column) // limit] for column in columns]
     settings = manifest.settings.targets
     image_root = Path(manifest.dataroot) if settings.images == "reference" else None
-    return FrameIndex(paths, tuple(scenes), channels, settings.grid, image_root, *found.T.copy())
+    return FrameIndex(paths, tuple(scenes), channels, settings.grid, settings.step_s, image_root, *columns)
 
 
 def _nothing_left(seen: int, counts: Mapping[str, int]) -> str:
@@ -181,19 +211,3 @@ def _nothing_left(seen: int, counts: Mapping[str, int]) -> str:
         return f"there are {seen} frames in the chosen scenes; choose others"
     found = ", ".join(f"{count} have {what}" for what, count in counts.items())
     return f"none of {seen} frames can be used ({found})"
-
-
-def _unbroken(times_us: IntArray, max_gap_s: float) -> BoolArray:
-    """(N,) whether a frame ends a run of six without a longer gap between neighbours."""
-    joined = np.concatenate([[True], np.diff(times_us) <= max_gap_s * 1e6])
-    whole = _all_of_last(joined, SEQUENCE - 1)
-    whole[: SEQUENCE - 1] = False
-    return whole
-
-
-def _all_of_last(holds: BoolArray, length: int = SEQUENCE) -> BoolArray:
-    """(N,) whether something holds for a frame and those just before it; False where there are too few."""
-    result = np.zeros(len(holds), np.bool_)
-    if len(holds) >= length:
-        result[length - 1 :] = np.lib.stride_tricks.sliding_window_view(holds, length).all(axis=-1)
-    return result

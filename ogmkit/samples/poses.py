@@ -3,7 +3,7 @@
 import numpy as np
 
 from ogmkit.errors import ShardError
-from ogmkit.samples.index import SEQUENCE, FrameIndex
+from ogmkit.samples.index import FrameIndex
 from ogmkit.shards.faults import H5_ERRORS, REMEDY, damaged
 from ogmkit.shards.reader import Shard
 from ogmkit.typing import BoolArray, IntArray
@@ -25,15 +25,15 @@ def require_finite_poses(index: FrameIndex) -> None:
     for number, path in enumerate(index.paths):
         with Shard(path) as shard:
             for channel, camera in enumerate(index.cameras):
-                last = index.frame[(index.shard == number) & (index.camera == channel)]
+                rows = index.rows[(index.shard == number) & (index.camera == channel)]
                 try:
-                    _require_finite(shard, camera, last)
+                    _require_finite(shard, camera, rows)
                 except H5_ERRORS as error:
                     raise damaged(shard.path, error) from error
 
 
-def _require_finite(shard: Shard, camera: str, last: IntArray) -> None:
-    whole = np.unique(last[:, None] - np.arange(SEQUENCE))
+def _require_finite(shard: Shard, camera: str, rows: IntArray) -> None:
+    whole, last = np.unique(rows), rows[:, -1]
     claimed = last[shard.dataset(camera, "trajectory/valid")[:][last]]
     for names, frames, what in ((_POSES, whole, "pose"), (_PATHS, claimed, "trajectory")):
         for name in names:

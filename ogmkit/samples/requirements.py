@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from ogmkit.errors import ShardError
+from ogmkit.errors import SettingsError, ShardError
 from ogmkit.samples.spec import SampleSpec
 from ogmkit.shards import schema
 from ogmkit.shards.crosschecks_added import origin_problem
@@ -57,6 +57,24 @@ def valid_frames(shard: Shard, camera: str, needs: SampleSpec) -> dict[str, Bool
     except H5_ERRORS as error:
         raise damaged(shard.path, error) from error
     return valid
+
+
+def require_same_step(planner: Path, trained_s: float, step_s: float) -> None:
+    """Refuse sequences of another step than a planner was trained on.
+
+    Args:
+        planner: its run.
+        trained_s: step of the shards that it was trained on.
+        step_s: of the sequences.
+
+    Raises:
+        SettingsError: they differ.
+    """
+    if trained_s != step_s:
+        raise SettingsError(
+            f"{planner}: was trained on images {trained_s:g} s apart, those of the shards are {step_s:g} s; "
+            f"extract with --step {trained_s:g}, or train again"
+        )
 
 
 def _require_homography(shard: Shard, camera: str, source: str) -> None:

@@ -6,7 +6,7 @@ from itertools import chain, pairwise
 import numpy as np
 
 from ogmkit.base.jpeg import jpeg_size
-from ogmkit.frames import STEPS
+from ogmkit.base.steps import STEPS, nearest_rows
 from ogmkit.geometry.se3 import level_from_global, transform_points
 from ogmkit.raster.field_of_view import field_of_view_mask
 from ogmkit.raster.vehicles import select, vehicle_mask
@@ -151,10 +151,10 @@ def _offsets(shard: Shard, camera: str, group: str, rows: int) -> Iterator[str]:
 
 
 def _neighbours(shard: Shard, camera: str, positions_global: FloatArray, steps: range) -> FloatArray:
-    """(N, 6, 2) positions of the frames some steps away, in each frame's level frame; NaN beyond the ends."""
-    rows = np.arange(len(positions_global))[:, None] + np.array(steps)
-    inside = (rows >= 0) & (rows < len(positions_global))
-    around = np.where(inside[..., None], positions_global[np.where(inside, rows, 0)], np.nan)
+    """(N, 6, 2) positions of the frames some steps away, in each frame's level frame; NaN without one."""
+    times_us = shard.dataset(camera, "timestamp_us")[:]
+    rows = nearest_rows(times_us, steps, shard.settings.targets.step_s)
+    around = np.where((rows >= 0)[..., None], positions_global[rows], np.nan)
     return transform_points(shard.dataset(camera, "level_from_global")[:], around)[..., :2]
 
 

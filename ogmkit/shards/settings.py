@@ -3,10 +3,11 @@
 import dataclasses
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal, Self
 
 from ogmkit.base.stated import require_stated, setting
+from ogmkit.base.steps import GAP_STEPS, STEP_S
 from ogmkit.errors import SettingsError
 from ogmkit.grid import GridSpec
 from ogmkit.target_settings import TargetSettings
@@ -38,9 +39,15 @@ class ExtractSettings:
             raise SettingsError(f"cameras: {', '.join(self.cameras) or 'none'}: name at least one, each once")
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain JSON values: targets' settings, cameras and compression side by side."""
+        """Plain JSON values: targets' settings, cameras and compression side by side.
+
+        The step is left out where it is 0.5 s, as shards have it that were written before it could be set.
+        """
+        targets = dataclasses.asdict(replace(self.targets, max_gap_s=self.targets.gap_s))
+        if self.targets.step_s == STEP_S:
+            del targets["step_s"]
         own = {"cameras": sorted(self.cameras), "compression": self.compression}
-        values: dict[str, Any] = json.loads(json.dumps(dataclasses.asdict(self.targets) | own))
+        values: dict[str, Any] = json.loads(json.dumps(targets | own))
         return values
 
     @classmethod
@@ -55,6 +62,9 @@ class ExtractSettings:
             cameras, compression = tuple(targets.pop("cameras")), targets.pop("compression")
             targets["grid"] = GridSpec(**targets["grid"])
             targets["categories"] = tuple(targets["categories"])
+            step_s = targets.setdefault("step_s", STEP_S)
+            if targets["max_gap_s"] == GAP_STEPS * step_s:
+                targets["max_gap_s"] = None
             return cls(TargetSettings(**targets), cameras, compression)
         except (KeyError, TypeError, ValueError) as error:
             raise SettingsError(f"settings can't be read ({error})") from error

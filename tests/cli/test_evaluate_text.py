@@ -12,7 +12,7 @@ from ogmkit.evaluation.planning.result import PlanEvaluation, PlanFigure
 from ogmkit.evaluation.result import Evaluation, Figure
 from ogmkit.evaluation.tables import Report, Table
 from ogmkit.grid import GridSpec
-from ogmkit.metrics.displacement import HORIZONS_S, METRICS, READINGS
+from ogmkit.metrics.displacement import METRICS, READINGS
 
 LONG = "experiments/2024-05-01-footprints-resnet101-all-cameras-with-colour-and-crop/second-try-of-three"
 RUNS = ("footprints", LONG, f"/home/somebody/projects/{LONG}/checkpoints/best.ckpt")
@@ -65,7 +65,7 @@ def plans(scenes):
         else PlanFigure(system, metric, horizon_s, reading, 34.567, 28.25, 41.125)
         for system in (*RUNS, *FIXED)
         for metric in METRICS
-        for horizon_s in HORIZONS_S
+        for horizon_s in (0.5, 1.5, 2.5)
         for reading in READINGS
     )
     if scenes == 1:

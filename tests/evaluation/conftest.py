@@ -83,6 +83,7 @@ def fake_runs(tmp_path):
                 yield SimpleNamespace(scene=scene, camera=camera, frame=frame, bev=bev, image=image)
 
         return SimpleNamespace(
+            step_s=0.5,
             path=path,
             checkpoint=path / "best.ckpt",
             system=system,

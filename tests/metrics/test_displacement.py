@@ -7,15 +7,15 @@ import pytest
 
 from ogmkit.metrics.displacement import (
     HORIZON_POINTS,
-    HORIZONS_S,
     METRICS,
     OWN_METRICS,
     READINGS,
+    horizons_s,
     means_of,
     own_values,
     scene_sums,
 )
-from ogmkit.metrics.plan import STEP_S, Plan
+from ogmkit.metrics.plan import Plan
 from ogmkit.metrics.plans import Plans, columns_of, points_only
 
 NAN = math.nan
@@ -30,11 +30,13 @@ def by_metric(values):
 def read(values, scene=(0, 0), scenes=1):
     """Horizon and reading → figure of one metric's (N, 5) values."""
     found = means_of(scene_sums(np.asarray(values)[None], np.array(scene), scenes).sum(axis=0))[0]
-    return {(h, r): found[i, j] for i, h in enumerate(HORIZONS_S) for j, r in enumerate(READINGS)}
+    return {(h, r): found[i, j] for i, h in enumerate((0.5, 1.5, 2.5)) for j, r in enumerate(READINGS)}
 
 
 def test_horizons_are_the_times_of_their_points():
-    assert tuple(STEP_S * point for point in HORIZON_POINTS) == HORIZONS_S
+    assert HORIZON_POINTS == (1, 3, 5)
+    assert horizons_s(0.5) == (0.5, 1.5, 2.5)
+    assert horizons_s(0.2) == (0.2, 0.6, 1.0)
 
 
 def test_errors_by_hand():

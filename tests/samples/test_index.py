@@ -142,7 +142,7 @@ def test_sequences_without_a_whole_trajectory_are_kept_if_asked_for(sample_shard
     assert index.frame.tolist() == [5, 6, 7]
     require_finite_poses(index)
     with Shard(index.paths[0]) as shard:
-        sample = read_sample(Rows(shard, "CAM_FRONT", slice(1, 7)), TRAJECTORY, None)
+        sample = read_sample(Rows(shard, "CAM_FRONT", range(1, 7)), TRAJECTORY, None)
     assert not sample.trajectory_valid
     assert np.isfinite(sample.past).all()
     assert np.isfinite(sample.future[:1]).all()
@@ -163,7 +163,7 @@ def test_images_by_reference_are_read_from_the_dataset(make_sample_shards, sampl
     def images(folder):
         index = index_frames(folder, SCENES[:1], ["CAM_BACK"], needs=IMAGE)
         with Shard(index.paths[0]) as shard:
-            return read_sample(Rows(shard, "CAM_BACK", slice(0, 8)), IMAGE, index.image_root).image
+            return read_sample(Rows(shard, "CAM_BACK", range(8)), IMAGE, index.image_root).image
 
     stored = images(sample_shards)
 

@@ -11,11 +11,28 @@ from ogmkit.target_settings import TargetSettings
 
 def test_settings_survive_json():
     settings = ExtractSettings(
-        TargetSettings(GridSpec(0.25, 7, 5, 3.5, 2.0), ("vehicle.car", "animal"), 2, 1.5, "none", True),
+        TargetSettings(GridSpec(0.25, 7, 5, 3.5, 2.0), ("vehicle.car", "animal"), 2, 0.1, 1.5, "none", True),
         ("CAM_BACK", "CAM_FRONT"),
         "lzf",
     )
     assert ExtractSettings.from_dict(json.loads(json.dumps(settings.to_dict()))) == settings
+
+
+def test_settings_of_half_a_second_are_stored_as_before_steps_could_be_set():
+    values = ExtractSettings().to_dict()
+
+    assert values["max_gap_s"] == 0.75
+    assert "step_s" not in values
+    assert ExtractSettings.from_dict(values) == ExtractSettings()
+
+
+@pytest.mark.parametrize("step_s", [0.1, 0.2, 1.0])
+def test_another_step_is_stored_with_its_own_gap(step_s):
+    settings = ExtractSettings(TargetSettings(step_s=step_s))
+    values = json.loads(json.dumps(settings.to_dict()))
+
+    assert (values["step_s"], values["max_gap_s"]) == (step_s, 1.5 * step_s)
+    assert ExtractSettings.from_dict(values) == settings
 
 
 @pytest.mark.parametrize(

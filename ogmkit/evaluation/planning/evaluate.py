@@ -17,9 +17,9 @@ from ogmkit.evaluation.settings import EvaluateSettings
 from ogmkit.metrics.bootstrap import estimate, interval_notes
 from ogmkit.metrics.controls import CONTROLS
 from ogmkit.metrics.displacement import (
-    HORIZONS_S,
     METRICS,
     READINGS,
+    horizons_s,
     means_of,
     own_values,
     scene_sums,
@@ -118,11 +118,12 @@ def _figures(sequences: Sequences, rows: Mapping[str, Plans], tick: Tick) -> Ite
     """All figures of some rows."""
     points = np.stack([plans.mean for plans in rows.values()])
     around = surrounding_values(sequences, points, tick)
+    axes = METRICS, horizons_s(sequences.index.step_s), READINGS
     for number, (system, plans) in enumerate(rows.items()):
         values = np.concatenate([own_values(plans, sequences.truth), around[:, number]])
         found = estimate(scene_sums(values, sequences.scene, sequences.scenes), means_of)
         for place in np.ndindex(found.value.shape):
-            names = (each[at] for each, at in zip((METRICS, HORIZONS_S, READINGS), place, strict=True))
+            names = (each[at] for each, at in zip(axes, place, strict=True))
             yield PlanFigure(
                 system, *names, *(float(one[place]) for one in (found.value, found.low, found.high))
             )
@@ -130,13 +131,14 @@ def _figures(sequences: Sequences, rows: Mapping[str, Plans], tick: Tick) -> Ite
 
 def _unbeaten(figures: Sequence[PlanFigure], fixed: Sequence[PlanFigure]) -> Iterator[str]:
     """Which controls a planner is no better than."""
+    last_s = max(one.horizon_s for one in fixed)
 
     def errors(of: Sequence[PlanFigure]) -> dict[str, float]:
-        chosen = ("ade", HORIZONS_S[-1], "mean")
+        chosen = ("ade", last_s, "mean")
         return {one.system: one.value for one in of if (one.metric, one.horizon_s, one.reading) == chosen}
 
     controls = errors(fixed)
     for system, error in errors(figures).items():
         better = [name for name in CONTROLS if controls[name] <= error]
         if better:
-            yield (f"{system} does not beat {', '.join(better)} by ADE up to {HORIZONS_S[-1]:g} s: no result")
+            yield (f"{system} does not beat {', '.join(better)} by ADE up to {last_s:g} s: no result")

@@ -11,7 +11,7 @@ from ogmkit.evaluation.progress import Tick
 from ogmkit.evaluation.runs import OpenRun
 from ogmkit.evaluation.scope import invalid_homographies, require_homography
 from ogmkit.metrics.plan import Plan
-from ogmkit.samples.index import SEQUENCE
+from ogmkit.samples.requirements import require_same_step
 
 
 @dataclass(frozen=True)
@@ -52,12 +52,12 @@ def planners_of(
 
     Raises:
         CheckpointError: one doesn't plan.
-        SettingsError: a run is given twice, was trained on another grid or without one of the cameras, or
-            not all shards have the homography.
+        SettingsError: a run is given twice, was trained on another grid or step or without one of the
+            cameras, or not all shards have the homography.
         ShardError: a shard is absent or damaged.
     """
     index = sequences.index
-    invalid = invalid_homographies(index, SEQUENCE)
+    invalid = invalid_homographies(index)
     if homography is not None:
         require_homography(shards, split, invalid, homography)
     require_fitting(runs, shards, index.grid, index.cameras)
@@ -65,6 +65,7 @@ def planners_of(
     for run in runs:
         if run.output != "plan":
             raise CheckpointError(f"{run.path}: {run.system} plans nothing: `evaluate` scores it")
+        require_same_step(run.path, run.step_s, index.step_s)
         source = run.warps_by(homography)
         if source is not None:
             require_homography(shards, split, invalid, source)

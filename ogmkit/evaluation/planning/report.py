@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from ogmkit.evaluation.planning.evaluate import TRUTH
 from ogmkit.evaluation.planning.result import PlanEvaluation, PlanFigure
 from ogmkit.evaluation.tables import WITH_INTERVAL, Report, Table, counted, further_tables, shown
-from ogmkit.metrics.displacement import HORIZONS_S, READINGS
+from ogmkit.metrics.displacement import READINGS
 
 _ERRORS = {"ade": "ADE", "l1_longitudinal": "L1 longitudinal", "l1_lateral": "L1 lateral"}
 _READING_NAMES = {"at": " at the horizon", "mean": ", mean up to the horizon"}
@@ -69,26 +69,30 @@ def _rest(evaluation: PlanEvaluation, figures: _Figures, intervals: bool) -> tup
 
 
 def _error_table(evaluation: PlanEvaluation, figures: _Figures, reading: str, intervals: bool) -> Table:
+    horizons_s = evaluation.horizons_s
+
     def rows(names: Sequence[str]) -> Iterator[tuple[str, ...]]:
         for name in names:
             chosen = (
-                figures[name, metric, horizon_s, reading] for metric in _ERRORS for horizon_s in HORIZONS_S
+                figures[name, metric, horizon_s, reading] for metric in _ERRORS for horizon_s in horizons_s
             )
             yield name, *(shown(one, 2, interval=intervals) for one in chosen)
 
     return Table(
         f"displacement{_READING_NAMES[reading]}, in metres{WITH_INTERVAL * intervals}",
-        tuple((text, len(HORIZONS_S)) for text in _ERRORS.values()),
-        ("system", *(f"{horizon_s} s" for _ in _ERRORS for horizon_s in HORIZONS_S)),
+        tuple((text, len(horizons_s)) for text in _ERRORS.values()),
+        ("system", *(f"{horizon_s} s" for _ in _ERRORS for horizon_s in horizons_s)),
         tuple(rows(evaluation.systems)),
         tuple(rows([name for name in evaluation.fixed if name != TRUTH])),
     )
 
 
 def _other_table(evaluation: PlanEvaluation, figures: _Figures, intervals: bool) -> Table:
+    last_s = evaluation.horizons_s[-1]
+
     def rows(names: Sequence[str]) -> Iterator[tuple[str, ...]]:
         for name in names:
-            nll, *shares = (figures[name, metric, HORIZONS_S[-1], "mean"] for metric in ("nll", *_SHARES))
+            nll, *shares = (figures[name, metric, last_s, "mean"] for metric in ("nll", *_SHARES))
             yield (
                 name,
                 shown(nll, 2, between=", ", interval=intervals),
@@ -96,7 +100,7 @@ def _other_table(evaluation: PlanEvaluation, figures: _Figures, intervals: bool)
             )
 
     return Table(
-        f"mean up to {HORIZONS_S[-1]} s, NLL in nats, shares in %{WITH_INTERVAL * intervals}",
+        f"mean up to {last_s} s, NLL in nats, shares in %{WITH_INTERVAL * intervals}",
         (("distributions", 3), ("surroundings", 2)),
         ("system", "NLL", *_SHARES.values()),
         tuple(rows(evaluation.systems)),

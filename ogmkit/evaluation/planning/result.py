@@ -73,3 +73,8 @@ class PlanEvaluation:
     figures: tuple[PlanFigure, ...]
     notes: tuple[str, ...]
     samples: tuple[PlanSample, ...]
+
+    @property
+    def horizons_s(self) -> tuple[float, ...]:
+        """The horizons of the figures in seconds, the nearest first."""
+        return tuple(sorted({one.horizon_s for one in self.figures}))

@@ -6,9 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
+from ogmkit.base.steps import STEPS as TRAJECTORY
+from ogmkit.base.steps import nearest_rows
 from ogmkit.errors import ShardError
 from ogmkit.evaluation.scope import by_camera, evaluated_splits
-from ogmkit.frames import STEPS as TRAJECTORY
 from ogmkit.metrics.plan import STEPS
 from ogmkit.samples.index import FrameIndex, index_sequences
 from ogmkit.samples.poses import require_finite_poses
@@ -85,13 +86,20 @@ def sequences_of(
     return Sequences(index, past, future)
 
 
+def planned_rows(shard: Shard, camera: str) -> IntArray:
+    """(N, 5) places of the frames at each frame's points 1 … 5; −1 where there is none."""
+    times_us = shard.dataset(camera, "timestamp_us")[:]
+    return nearest_rows(times_us, range(1, STEPS + 1), shard.settings.targets.step_s)
+
+
 def _paths(shard: Shard, camera: str, frames: IntArray) -> tuple[FloatArray, FloatArray]:
-    """Past and future of sequences by their last frames, which as many frames follow as are planned."""
+    """Past and future of sequences by their last frames, which are followed by those that are planned."""
     try:
         past, future = (shard.dataset(camera, f"trajectory/{name}")[:] for name in ("past", "future"))
+        later = planned_rows(shard, camera)[frames]
     except H5_ERRORS as error:
         raise damaged(shard.path, error) from error
-    late = frames[frames + STEPS >= len(future)]
+    late = frames[(later < 0).any(axis=1)]
     if len(late):
         raise ShardError(
             f"{shard.path}: {camera}: frame {late[0]} has a valid trajectory, but too few frames follow; "

@@ -8,11 +8,10 @@ import shapely
 from ogmkit.errors import ShardError
 from ogmkit.evaluation.faces import vehicle_faces
 from ogmkit.evaluation.frames import FrameReader, Place, row
-from ogmkit.evaluation.planning.sequences import Sequences
+from ogmkit.evaluation.planning.sequences import Sequences, planned_rows
 from ogmkit.evaluation.progress import Tick
 from ogmkit.evaluation.scope import paths
 from ogmkit.grid import GridSpec
-from ogmkit.metrics.plan import STEPS
 from ogmkit.shards.faults import REMEDY, damaged
 from ogmkit.typing import FloatArray, UInt8Array
 
@@ -67,8 +66,8 @@ def read_surroundings(reader: FrameReader, place: Place) -> Surroundings:
     """
     scene, camera, frame = place
     shard = reader.shard(scene)
-    later = range(frame + 1, frame + STEPS + 1)
     try:
+        later = planned_rows(shard, camera)[frame].tolist()
         faces = [vehicle_faces(shard, camera, index, seen_from=frame) for index in later]
     except (OSError, RuntimeError, ValueError) as error:
         raise damaged(shard.path, error) from error

@@ -42,14 +42,12 @@ class FrameDataset(Dataset[Sample]):
     Attributes:
         cameras: channels.
         grid: the shards'.
+        step_s: the shards' too.
         own_grid: of BEV truth and LiDAR images; None where neither is asked for.
 
     Raises:
         SettingsError: the specification contradicts itself or the grid, or a flip does.
     """
-
-    length = 1
-    """Consecutive frames of a sample; the index names the last."""
 
     def __init__(self, index: FrameIndex, spec: SampleSpec, *, augment: Augmentation | None = None) -> None:
         if spec.masks is not None and spec.image_size is None:
@@ -60,6 +58,7 @@ class FrameDataset(Dataset[Sample]):
             augment.require_grid(index.grid)
         self.cameras = index.cameras
         self.grid = index.grid
+        self.step_s = index.step_s
         self.own_grid, self._factor = _own_grid(index.grid, spec)
         self._index = index
         self._spec = spec
@@ -93,7 +92,7 @@ class FrameDataset(Dataset[Sample]):
     def name(self, i: int) -> str:
         """What messages call a sample: scene, camera, frame and the sample's token."""
         scene, camera, frame = self.place(i)
-        token = replace(self._rows(i), rows=slice(frame, frame + 1)).texts("sample_token")[0]
+        token = replace(self._rows(i), rows=(frame,)).texts("sample_token")[0]
         return f"{scene} {camera} frame {frame} ({token})"
 
     def source_size(self, i: int) -> tuple[int, int]:
@@ -102,9 +101,9 @@ class FrameDataset(Dataset[Sample]):
         return height, width
 
     def _rows(self, i: int) -> Rows:
-        _, camera, last = self.place(i)
+        _, camera, _ = self.place(i)
         shard = self._pool.shard(int(self._index.shard[i]))
-        return Rows(shard, camera, slice(last + 1 - self.length, last + 1))
+        return Rows(shard, camera, self._index.rows[i].tolist())
 
     def _tensors(self, arrays: SampleArrays) -> dict[str, Tensor]:
         whole = per_frame_tensors(arrays, self.own_grid, self._factor)

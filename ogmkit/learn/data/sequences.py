@@ -1,11 +1,10 @@
-"""Sequence samples: six consecutive images of a camera with the trajectory of the last."""
+"""Sequence samples: six images of a camera, a step apart, with the trajectory of the last."""
 
 from torch import Tensor
 
 from ogmkit.learn.data.frames import FrameDataset
 from ogmkit.learn.data.tensors import per_frame_tensors, positions_tensor, trajectory_tensors
 from ogmkit.samples.arrays import SampleArrays
-from ogmkit.samples.index import SEQUENCE
 
 
 class SequenceDataset(FrameDataset):
@@ -20,8 +19,6 @@ class SequenceDataset(FrameDataset):
 
     All six images of a sequence are augmented alike.
     """
-
-    length = SEQUENCE
 
     def _tensors(self, arrays: SampleArrays) -> dict[str, Tensor]:
         whole = per_frame_tensors(arrays, self.own_grid, self._factor)

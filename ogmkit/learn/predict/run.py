@@ -93,6 +93,11 @@ class Run:
         return self.card.grid
 
     @property
+    def step_s(self) -> float:
+        """Of the shards that it was trained on: time from one image or point of a plan to the next."""
+        return self.card.step_s
+
+    @property
     def cameras(self) -> tuple[str, ...]:
         """Channels that it was trained on."""
         return self.card.cameras

@@ -5,7 +5,7 @@ import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import torch
@@ -148,11 +148,11 @@ def _fit(
     on_progress: Callable[[int, int], None] | None,
 ) -> Checkpoints:
     settings, last, step = system.settings, run / LAST, 0
-    card = Card(settings, system.grid, system.cameras)
+    card = Card(settings, system.grid, system.cameras, data.train_set.step_s)
     if last.exists():
         there, content = read_checkpoint(last)
         step = int(content["global_step"])
-        card = Card(settings, system.grid, system.cameras, there.epoch, there.batches)
+        card = replace(card, epoch=there.epoch, batches=there.batches)
         data.train_batches.epoch, data.train_batches.skip = card.epoch, card.batches
     tell(Found(first_line(settings, data, scenes, run, step)))
     if not last.exists():

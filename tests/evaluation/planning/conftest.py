@@ -146,6 +146,7 @@ def fake_planners(tmp_path):
                 yield SimpleNamespace(scene=scene, camera=camera, frame=frame, plan=planned)
 
         return SimpleNamespace(
+            step_s=0.5,
             path=path,
             checkpoint=path / "best.ckpt",
             system=name.removesuffix("-np"),

@@ -55,7 +55,7 @@ def plan_of_images(
     network = None if homography_checkpoint is None else homography_run(homography_checkpoint, run)
     known = read_plan_file(plan_file, _needs(run, spec))
     _require_known_camera(known, run)
-    paths = () if spec.image_size is None else _six_images(folder)
+    paths = () if spec.image_size is None else _six_images(folder, run.step_s)
     homographies: tuple[Homography, ...] = ()
     source = None
     if spec.homography is not None:
@@ -66,7 +66,7 @@ def plan_of_images(
     about: dict[str, object] = {"files": [path.name for path in paths]}
     if homographies:
         about["homography_valid"] = [bool(one.valid) for one in homographies]
-    found = plan_object(plan, known.destination, job.samples, job.generator())
+    found = plan_object(plan, known.destination, run.step_s, job.samples, job.generator())
     return PlanStream(run.name, source, 1, iter([about | found]))
 
 
@@ -94,12 +94,12 @@ def _require_known_camera(known: PlanFile, run: Run) -> None:
         raise TableError(f"{known.path}: {unknown('camera', camera, run.cameras)}")
 
 
-def _six_images(folder: Path) -> tuple[Path, ...]:
+def _six_images(folder: Path, step_s: float) -> tuple[Path, ...]:
     paths = inputs_in(folder, IMAGES)
     if len(paths) != SEQUENCE:
         raise DataFileError(
-            f"{folder}: holds {len(paths)} images; a plan takes {SEQUENCE}, 0.5 s apart, oldest first by "
-            "their names"
+            f"{folder}: holds {len(paths)} images; a plan takes {SEQUENCE}, {step_s:g} s apart, oldest "
+            "first by their names"
         )
     return tuple(sorted(paths, key=_counted))
 

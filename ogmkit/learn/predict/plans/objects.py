@@ -9,7 +9,7 @@ import numpy as np
 
 from ogmkit.base.atomic import replacing
 from ogmkit.errors import SettingsError
-from ogmkit.metrics.plan import STEP_S, STEPS, Plan
+from ogmkit.metrics.plan import STEPS, Plan
 from ogmkit.typing import FloatArray
 
 PlanObject = Mapping[str, object]
@@ -65,22 +65,30 @@ class PlanStream:
 
 
 def plan_object(
-    plan: Plan, destination: FloatArray, samples: int, generator: np.random.Generator
+    plan: Plan, destination: FloatArray, step_s: float, samples: int, generator: np.random.Generator
 ) -> dict[str, object]:
     """What is said of a plan.
 
     Args:
         plan: of finite numbers.
         destination: (2,) metres, level frame.
+        step_s: time from one point to the next.
         samples: trajectories to draw.
         generator: of what is drawn.
 
     Returns:
-        `destination`, `plan` (a point each 0.5 s) and, where trajectories are drawn, `samples`; metres and
+        `destination`, `plan` (a point each step) and, where trajectories are drawn, `samples`; metres and
         seconds, plain numbers and lists.
     """
     points = [
-        {"t_s": STEP_S * (step + 1), "x": x, "y": y, "sigma_x": sigma_x, "sigma_y": sigma_y, "rho": rho}
+        {
+            "t_s": round(step_s * (step + 1), 6),
+            "x": x,
+            "y": y,
+            "sigma_x": sigma_x,
+            "sigma_y": sigma_y,
+            "rho": rho,
+        }
         for step, ((x, y), (sigma_x, sigma_y), rho) in enumerate(
             zip(plan.mean.tolist(), plan.sigma.tolist(), plan.rho.tolist(), strict=True)
         )

@@ -14,8 +14,9 @@ from ogmkit.learn.predict.files import reported
 from ogmkit.learn.predict.plans.inference import predict_plans
 from ogmkit.learn.predict.plans.objects import PlanJob, PlanObject, PlanStream, plan_object
 from ogmkit.learn.predict.run import Run, open_run, require_grid, require_planner
-from ogmkit.samples.index import SEQUENCE, FrameIndex, index_sequences
+from ogmkit.samples.index import FrameIndex, index_sequences
 from ogmkit.samples.poses import require_finite_poses
+from ogmkit.samples.requirements import require_same_step
 from ogmkit.samples.spec import SampleSpec
 from ogmkit.shards import schema
 from ogmkit.shards.faults import H5_ERRORS, damaged
@@ -68,8 +69,8 @@ def plans_of_shards(
 
     Raises:
         CheckpointError: there is no checkpoint, it is damaged or of no planner, or its plans aren't numbers.
-        SettingsError: the grids differ, a scene, split or camera is unknown, or a homography is given to a
-            run that warps nothing.
+        SettingsError: grids or steps differ, a scene, split or camera is unknown, or a homography is given to
+            a run that warps nothing.
         ShardError: the folder is not a finished extraction, lacks what the run plans from, or has poses that
             are not finite.
         TrainingError: no sequence is left.
@@ -86,6 +87,7 @@ def plans_of_shards(
     if homography is not None and spec.homography is None:
         raise SettingsError(f"{run.path}: {run.name} warps nothing; leave out --homography {homography}")
     index = index_sequences(shards, scenes, cameras, needs=spec, valid_only=False, limit=choice.limit)
+    require_same_step(run.path, run.step_s, index.step_s)
     require_finite_poses(index)
     tell(Found(f"{index.counted('sequence')}; {run.path} on {device_name()}"))
     objects = _objects(job, run, index, spec)
@@ -97,9 +99,10 @@ def _objects(job: PlanJob, run: Run, index: FrameIndex, spec: SampleSpec) -> Ite
     plans = predict_plans(run, index, spec, batch_size=job.batch_size, workers=job.workers)
     generator = job.generator()
     paths = dict(zip(index.scenes, index.paths, strict=True))
-    for (scene, camera), group in groupby(plans, key=lambda found: (found.scene, found.camera)):
+    pairs = zip(plans, index.rows.tolist(), strict=True)
+    for (scene, camera), group in groupby(pairs, key=lambda pair: (pair[0].scene, pair[0].camera)):
         known = _read(paths[scene], camera, spec.homography)
-        for found in group:
+        for found, rows in group:
             frame = found.frame
             about: dict[str, object] = {
                 "scene": scene,
@@ -109,8 +112,10 @@ def _objects(job: PlanJob, run: Run, index: FrameIndex, spec: SampleSpec) -> Ite
                 "timestamp_us": known.times_us[frame],
             }
             if known.homography_valid is not None:
-                about["homography_valid"] = known.homography_valid[frame + 1 - SEQUENCE : frame + 1]
-            yield about | plan_object(found.plan, known.destinations[frame], job.samples, generator)
+                about["homography_valid"] = [known.homography_valid[row] for row in rows]
+            yield about | plan_object(
+                found.plan, known.destinations[frame], index.step_s, job.samples, generator
+            )
 
 
 def _read(path: Path, camera: str, homography: str | None) -> _Frames:

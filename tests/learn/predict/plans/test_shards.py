@@ -131,7 +131,7 @@ def test_a_seed_fixes_what_is_drawn_whatever_the_batches(plan_shards, runs):
 
 
 def test_a_plan_and_its_samples_are_plain_json():
-    one = plan_object(PLAN, np.array([25.0, 4.0]), 2, np.random.default_rng(0))
+    one = plan_object(PLAN, np.array([25.0, 4.0]), 0.5, 2, np.random.default_rng(0))
     assert json.loads(json.dumps(one)) == one
     assert one["plan"][1] == {"t_s": 1.0, "x": 8.0, "y": 1.0, "sigma_x": 1.0, "sigma_y": 0.2, "rho": 0.9}
 
