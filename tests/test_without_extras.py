@@ -31,7 +31,7 @@ def run(*arguments):
 def shards(folder, tiny_dataroot):
     out = folder / "shards"
     grid = ["--cell-size", "0.5", "--rows", "60", "--columns", "40"]
-    result = run("extract", tiny_dataroot, out, *grid, "--cache-dir", folder / "cache")
+    result = run("extract", "-q", tiny_dataroot, out, *grid, "--cache-dir", folder / "cache")
     assert (result.returncode, result.stderr) == (0, "")
     return out
 
