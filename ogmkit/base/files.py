@@ -7,8 +7,8 @@ A named pipe would hold the reader up, and a device has no end. Whatever is refu
 import errno
 import os
 import stat
+from io import BufferedReader
 from pathlib import Path
-from typing import BinaryIO
 
 MAX_BYTES = 1 << 28
 """Of a file that is read whole: 256 MiB."""
@@ -32,7 +32,7 @@ def file_status(path: Path) -> os.stat_result:
     return status
 
 
-def open_file(path: Path) -> BinaryIO:
+def open_file(path: Path) -> BufferedReader:
     """Open a regular file for reading bytes.
 
     Raises:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Found:
-    """What the work is about and where it runs, such as `850 scenes; 2 worker processes`; told first."""
+    """What the work is about and where it runs, such as `850 scenes; 2 worker processes`; told before it."""
 
     text: str
 

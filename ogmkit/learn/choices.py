@@ -10,8 +10,8 @@ from ogmkit.homography.sources import SURFACE, preferred_source
 from ogmkit.learn.perception_settings import MaskTraining
 from ogmkit.learn.settings import TrainSettings
 from ogmkit.shards import schema
+from ogmkit.shards.listed import listed_shard
 from ogmkit.shards.manifest import Manifest
-from ogmkit.shards.reader import Shard
 
 
 def completed(settings: TrainSettings, shards: Path, manifest: Manifest) -> TrainSettings:
@@ -47,7 +47,7 @@ def preferred(shards: Path, manifest: Manifest, camera: str, kind: str) -> str:
     """
     if not manifest.shards:
         return SURFACE
-    with Shard(shards / manifest.shards[0].file) as shard:
+    with listed_shard(shards, manifest.shards[0]) as shard:
         return preferred_source(shard.added(camera, kind)) or SURFACE
 
 

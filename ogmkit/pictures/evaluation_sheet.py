@@ -22,6 +22,7 @@ from ogmkit.pictures.subjects import CAMERA_SIZE, PLANE_SIZE
 from ogmkit.pictures.views import View, read_view
 from ogmkit.pipeline.footprint_masks import renderer
 from ogmkit.shards.faults import REMEDY, damaged
+from ogmkit.shards.listed import listed_shard
 from ogmkit.shards.manifest import Manifest, read_manifest
 from ogmkit.shards.reader import Shard
 from ogmkit.typing import UInt8Array
@@ -78,7 +79,7 @@ def _draw_sample(shards: Path, manifest: Manifest, sample: Sample) -> UInt8Array
     (entry,) = (one for one in manifest.shards if one.scene == scene)
     dataroot = Path(manifest.dataroot) if manifest.settings.targets.images == "reference" else None
     try:
-        with Shard(shards / entry.file) as shard:
+        with listed_shard(shards, entry) as shard:
             view = read_view(shard, camera, index, dataroot=dataroot)
             image = _true_masks(shard, camera, index) if sample.image is None else sample.image
             plan = plan_for(shard.grid, (), PLANE_SIZE)

@@ -76,11 +76,6 @@ class MaskSet:
         drivable, vehicles = (
             self._row(f"footprints/{self.name}/{kind}", index) for kind in ("drivable", "vehicles")
         )
-        if drivable.ndim != 2 or drivable.shape != vehicles.shape:
-            raise ShardError(
-                f"{self.shard.path}: {self.camera}/footprints/{self.name}: shapes {drivable.shape} and "
-                f"{vehicles.shape} are not those of masks; {REMEDY}"
-            )
         reason = self._why_not(index)
         if reason:
             return Masks(drivable, vehicles, None, reason)

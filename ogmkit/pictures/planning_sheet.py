@@ -19,8 +19,8 @@ from ogmkit.pictures.png import write_png
 from ogmkit.pictures.sheet import Heading, Panel, draw_sheet, draw_tile
 from ogmkit.pictures.views import View, read_view
 from ogmkit.shards.faults import damaged
+from ogmkit.shards.listed import listed_shard
 from ogmkit.shards.manifest import Manifest, read_manifest
-from ogmkit.shards.reader import Shard
 from ogmkit.typing import FloatArray, UInt8Array
 
 PLAN_COLOUR: Colour = PURPLE
@@ -69,7 +69,7 @@ def _draw_sample(shards: Path, manifest: Manifest, sample: PlanSample) -> UInt8A
     (entry,) = (one for one in manifest.shards if one.scene == scene)
     dataroot = Path(manifest.dataroot) if manifest.settings.targets.images == "reference" else None
     try:
-        with Shard(shards / entry.file) as shard:
+        with listed_shard(shards, entry) as shard:
             view, grid = read_view(shard, camera, index, dataroot=dataroot), shard.grid
     except OSError as error:
         raise damaged(shards / entry.file, error) from error

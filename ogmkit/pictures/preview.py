@@ -14,6 +14,7 @@ from ogmkit.pictures.sheet import Heading, draw_sheet
 from ogmkit.pictures.subjects import PLANE_SIZE, SUBJECTS
 from ogmkit.pictures.views import evenly, read_view
 from ogmkit.shards.faults import REMEDY, damaged
+from ogmkit.shards.listed import listed_shard
 from ogmkit.shards.manifest import Manifest, ShardEntry, read_manifest
 from ogmkit.shards.reader import Shard
 from ogmkit.typing import UInt8Array
@@ -63,7 +64,7 @@ def preview(
     written = []
     for entry, camera, view in sheets:
         path = target / f"{Path(entry.file).stem}_{camera}{_ending(view, settings.masks)}.png"
-        with Shard(out / entry.file) as shard:
+        with listed_shard(out, entry) as shard:
             write_png(path, draw_shard(shard, camera, view, settings, dataroot))
         written.append(path)
         if on_progress is not None:

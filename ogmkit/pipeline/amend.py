@@ -1,20 +1,21 @@
 """Adding groups to the shards of a finished folder: resumable, interruptible, each shard old or new."""
 
 import logging
-from collections.abc import Iterator, Sequence
-from contextlib import closing, contextmanager
+from collections.abc import Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Generic, TypeVar
 
 from ogmkit.base.names import with_number
-from ogmkit.base.news import Found, tell
+from ogmkit.base.news import Found, Waiting, tell
 from ogmkit.errors import ShardError
 from ogmkit.pipeline import output
 from ogmkit.pipeline.amendment import Amendment, Groups, chosen_cameras, pending_groups, require_sound
 from ogmkit.pipeline.execution import DEFAULT_EXECUTION, Execution, run_over
 from ogmkit.shards.additions import add_to_shard, new_group, place
-from ogmkit.shards.faults import AGAIN, REMEDY, damaged
+from ogmkit.shards.faults import AGAIN
+from ogmkit.shards.listed import require_unchanged
 from ogmkit.shards.manifest import Manifest, ShardEntry, file_sha256, read_manifest, write_manifest
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.sink import ShardFile
@@ -124,10 +125,14 @@ def _tasks(
     if not manifest.shards:
         raise ShardError(f"{out}: the manifest names no shard; {AGAIN}")
     tasks = []
+    if settled:
+        tell(Waiting(f"comparing checksums of {with_number(len(manifest.shards), 'shard')}"))
     for entry in manifest.shards:
         path = out / entry.file
-        with _reading(path), Shard(path) as shard:
-            require_sound(shard, entry, manifest, settled=settled)
+        if settled:
+            require_unchanged(path, entry)  # damage must not get a checksum of its own
+        with Shard(path) as shard:
+            require_sound(shard, entry, manifest)
             pending = pending_groups(shard, amendment, chosen, overwrite=overwrite)
             frames = sum(map(shard.frames, chosen))
         tasks.append(_Task(path, entry, settled, pending, chosen, frames, amendment))
@@ -149,13 +154,11 @@ def _run(task: _Task[Report]) -> tuple[ShardEntry, Amended[Report]]:
     """Add to one shard, or find that nothing is to be added; runs in a worker."""
     path, entry = task.path, task.entry
     if task.pending:
-        if task.settled:
-            _require_unchanged(path, entry)  # damage must not get a checksum of its own
         with Shard(path) as shard:
             add_to_shard(path, lambda file: _add(task, shard, file), replaced=_places(task))
     if task.pending or not task.settled:
         entry = replace(entry, bytes=path.stat().st_size, sha256=file_sha256(path))
-    with _reading(path), Shard(path) as shard:
+    with Shard(path) as shard:
         report = task.amendment.report(shard, task.cameras)
     return entry, Amended(entry.scene, bool(task.pending), report)
 
@@ -173,22 +176,7 @@ def _places(task: _Task[Report]) -> set[str]:
     return {place(camera, kind, name) for camera, groups in task.pending.items() for name in groups}
 
 
-def _require_unchanged(path: Path, entry: ShardEntry) -> None:
-    with _reading(path):
-        if file_sha256(path) != entry.sha256:
-            raise ShardError(f"{path}: has another checksum than the manifest says; {REMEDY}")
-
-
 def _finish(out: Path, manifest: Manifest, entries: tuple[ShardEntry, ...]) -> None:
     if entries != manifest.shards:
         write_manifest(out, replace(manifest, shards=entries))
     output.finish_amending(out)
-
-
-@contextmanager
-def _reading(path: Path) -> Iterator[None]:
-    """Name the shard whose data can't be read."""
-    try:
-        yield
-    except (OSError, RuntimeError) as error:
-        raise damaged(path, error) from error

@@ -72,27 +72,23 @@ def chosen_cameras(out: Path, manifest: Manifest, cameras: Sequence[str]) -> tup
     return tuple(dict.fromkeys(cameras)) or known
 
 
-def require_sound(shard: Shard, entry: ShardEntry, manifest: Manifest, *, settled: bool) -> None:
+def require_sound(shard: Shard, entry: ShardEntry, manifest: Manifest) -> None:
     """Refuse to build on a shard that isn't what the manifest and the schema say; reads no data.
 
     Args:
         shard: the shard.
         entry: the manifest's.
         manifest: the folder's.
-        settled: whether the manifest knows the file's size.
 
     Raises:
         ShardError: it isn't; names the first difference.
     """
-    path, size = shard.path, shard.path.stat().st_size
-    if settled and size != entry.bytes:
-        raise ShardError(f"{path}: has {size} bytes, by the manifest {entry.bytes}; {REMEDY}")
     for problem in structure_problems(shard):
-        raise ShardError(f"{path}: {problem}; {REMEDY}")
+        raise ShardError(f"{shard.path}: {problem}; {REMEDY}")
     there = {"scene": entry.scene, **manifest.settings.to_dict()}
     different = differences({"scene": shard.scene, **shard.settings.to_dict()}, there)
     if different:
-        raise ShardError(f"{path}: contradicts the manifest: {different[0]}; {AGAIN}")
+        raise ShardError(f"{shard.path}: contradicts the manifest: {different[0]}; {AGAIN}")
 
 
 def pending_groups(

@@ -22,7 +22,6 @@ from ogmkit.shards import schema
 from ogmkit.shards.fields import AddedKind
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.sink import ShardFile
-from ogmkit.shards.structure import sizes
 
 DEFAULT_METHODS = ("surface", "dlt", "plane", "calibration")
 
@@ -85,7 +84,7 @@ class HomographyFit:
             for name in names:
                 fits[name].append(fit(name, geometry, grid, self.settings))
                 left_out[name].append(left_out_errors(name, geometry, self.settings))
-        symbols = sizes(shard, shard.h5[camera])
+        symbols = shard.sizes(camera)
         with file.writing() as h5:
             for name in names:
                 group = h5[f"{camera}/{self.kind.name}/{name}"]

@@ -184,8 +184,8 @@ def _index(
     found: list[tuple[int, int, IntArray]] = []
     counts: dict[str, int] = {}
     seen = 0
-    for number, path in enumerate(paths):
-        with Shard(path) as shard:
+    for number, scene in enumerate(scenes):
+        with folder.shard(scene) as shard:
             for channel, camera in enumerate(channels):
                 all_of_it = candidates(shard, camera)
                 kept = np.ones(len(all_of_it.rows), np.bool_)

@@ -37,8 +37,8 @@ def add_to_shard(path: Path, write: Callable[[ShardFile], None], *, replaced: Co
     """
     with replacing(path) as part, create(part) as file:
         try:
-            with h5py.File(path, "r", locking=False) as old, file.writing() as new:
-                _copy(old, new, replaced)
+            with Shard(path) as old, file.writing() as new:
+                _copy(old.h5, new, replaced)
             write(file)
         except (OSError, RuntimeError) as error:
             file.check()  # the disk's failure, if it was one: HDF5 itself is told that all went well
@@ -76,16 +76,17 @@ def added_values(shard: Shard, camera: str, kind: AddedKind, name: str) -> dict[
     """
     if name not in shard.added(camera, kind.name):
         return None
-    group = shard.h5[place(camera, kind, name)]
+    group = place(camera, kind, name)
+    there = shard.attributes(group)
     values: dict[str, Any] = {
-        attribute.name: attribute.kind(group.attrs[attribute.name])
+        attribute.name: attribute.kind(there[attribute.name])
         for attribute in kind.attributes
-        if attribute.name in group.attrs and attribute.name != "package_version"
+        if attribute.name in there and attribute.name != "package_version"
     }
     try:
         return values | {"settings": json.loads(values["settings"])}
     except (KeyError, ValueError) as error:
-        raise ShardError(f"{shard.path}: {group.name} has damaged settings ({error}); {REMEDY}") from error
+        raise ShardError(f"{shard.path}: {group} has damaged settings ({error}); {REMEDY}") from error
 
 
 def require_name(name: str) -> None:

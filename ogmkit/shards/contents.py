@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import h5py
 
 from ogmkit.shards.reader import Shard
+from ogmkit.shards.stored import reading
 
 
 @dataclass(frozen=True)
@@ -34,5 +35,6 @@ def datasets_of(shard: Shard, camera: str) -> tuple[DatasetSummary, ...]:
             kind = "text" if text else str(h5py.check_vlen_dtype(item.dtype) or item.dtype)
             found.append(DatasetSummary(name, item.shape, kind, str(item.attrs.get("description", ""))))
 
-    shard.h5[camera].visititems(add)
+    with reading(shard.path):
+        shard.h5[camera].visititems(add)
     return tuple(found)

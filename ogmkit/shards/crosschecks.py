@@ -68,7 +68,7 @@ def _trajectories(shard: Shard, camera: str) -> Iterator[str]:
         yield from first_wrong(f"trajectory/{name} contradicts the poses around", wrong)
     stored = shard.dataset(camera, "trajectory/valid")[:]
     yield from first_wrong("trajectory/valid contradicts past_valid and future_valid in", stored != all_valid)
-    if stored.sum() != shard.h5[camera].attrs["valid_trajectories"]:
+    if stored.sum() != shard.attributes(camera)["valid_trajectories"]:
         yield f"trajectory/valid counts {stored.sum()} frames, not as attribute valid_trajectories says"
 
 
@@ -89,7 +89,7 @@ def _boxes(shard: Shard, camera: str) -> Iterator[str]:
 
 
 def _rasters(shard: Shard, camera: str, *, make_again: bool) -> Iterator[str]:
-    attributes = shard.h5[camera].attrs
+    attributes = shard.attributes(camera)
     makers: dict[str, Callable[[Shard, str, int], UInt8Array] | None] = {
         "drivable": None,
         "vehicles": _vehicles,

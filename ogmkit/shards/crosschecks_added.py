@@ -63,7 +63,7 @@ def _left_out(shard: Shard, camera: str, group: str) -> Iterator[str]:
 
 def _footprints(shard: Shard, camera: str, name: str) -> Iterator[str]:
     group = f"{FOOTPRINTS.name}/{name}"
-    attributes = shard.h5[f"{camera}/{group}"].attrs
+    attributes = shard.attributes(f"{camera}/{group}")
     valid: BoolArray = shard.dataset(camera, f"{group}/valid")[:]
     for mask in ("drivable", "vehicles"):
         masks = shard.dataset(camera, f"{group}/{mask}")

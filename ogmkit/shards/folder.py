@@ -5,7 +5,8 @@ from pathlib import Path
 from ogmkit.base.names import unknown
 from ogmkit.errors import SettingsError
 from ogmkit.grid import GridSpec
-from ogmkit.shards.manifest import Manifest, read_manifest
+from ogmkit.shards.listed import listed_shard
+from ogmkit.shards.manifest import Manifest, ShardEntry, read_manifest
 from ogmkit.shards.reader import Shard
 
 
@@ -26,12 +27,12 @@ class ShardFolder:
     def __init__(self, path: Path) -> None:
         self.path = Path(path)
         self.manifest: Manifest = read_manifest(self.path)
-        self._files = {entry.scene: entry.file for entry in self.manifest.shards}
+        self._entries = {entry.scene: entry for entry in self.manifest.shards}
 
     @property
     def scenes(self) -> tuple[str, ...]:
         """Names of all scenes, sorted."""
-        return tuple(self._files)
+        return tuple(self._entries)
 
     @property
     def cameras(self) -> tuple[str, ...]:
@@ -49,15 +50,19 @@ class ShardFolder:
         Raises:
             SettingsError: the folder has no such scene.
         """
-        if scene not in self._files:
-            raise SettingsError(f"{self.path}: {unknown('scene', scene, self.scenes)}")
-        return self.path / self._files[scene]
+        return self.path / self._entry(scene).file
 
     def shard(self, scene: str) -> Shard:
         """A scene's shard, open: use it in a `with` block.
 
         Raises:
             SettingsError: the folder has no such scene.
-            ShardError: the shard is absent, damaged, or of another format version.
+            ShardError: the shard is absent, damaged, of another size than the manifest says, or of another
+                format version.
         """
-        return Shard(self.file(scene))
+        return listed_shard(self.path, self._entry(scene))
+
+    def _entry(self, scene: str) -> ShardEntry:
+        if scene not in self._entries:
+            raise SettingsError(f"{self.path}: {unknown('scene', scene, self.scenes)}")
+        return self._entries[scene]

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from ogmkit.shards import schema
 from ogmkit.shards.faults import H5_ERRORS, damaged
+from ogmkit.shards.listed import listed_shard
 from ogmkit.shards.manifest import Manifest
 from ogmkit.shards.reader import Shard
 
@@ -80,7 +81,7 @@ def count_invalid(out: Path, manifest: Manifest) -> tuple[InvalidCount, ...]:
     """
     counts: dict[tuple[str, str, str], int] = {}
     for entry in manifest.shards:
-        with Shard(out / entry.file) as shard:
+        with listed_shard(out, entry) as shard:
             for found in invalid_frames(shard):
                 key = found.camera, found.of, found.reason
                 counts[key] = counts.get(key, 0) + len(found.frames)
@@ -96,7 +97,7 @@ def _parts(shard: Shard, camera: str) -> Iterator[tuple[str, _Reasons]]:
         yield group, {frame: reasons[frame] for frame in _invalid(shard, camera, group)}
     for name in shard.added(camera, schema.FOOTPRINTS.name):
         group = f"{schema.FOOTPRINTS.name}/{name}"
-        source = shard.h5[f"{camera}/{group}"].attrs["homography"]
+        source = shard.attributes(f"{camera}/{group}").get("homography", "")
         yield group, dict.fromkeys(_invalid(shard, camera, group), f"no valid homography {source}")
 
 

@@ -9,13 +9,16 @@ from typing import Any, Self
 import h5py
 import numpy as np
 
-from ogmkit.base.files import file_status
 from ogmkit.errors import SettingsError, ShardError
 from ogmkit.frames import Boxes
 from ogmkit.grid import GridSpec
 from ogmkit.shards import schema
-from ogmkit.shards.faults import AGAIN, REMEDY, refusal, unreadable
+from ogmkit.shards.conformity import departures, mask_sizes, sizes
+from ogmkit.shards.faults import REMEDY
+from ogmkit.shards.fields import Field
+from ogmkit.shards.opening import open_h5, refuse_links
 from ogmkit.shards.settings import ExtractSettings
+from ogmkit.shards.stored import Stored, reading
 from ogmkit.typing import UInt8Array
 
 
@@ -36,9 +39,12 @@ class Shard:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.h5 = _open(path)
+        self.h5 = open_h5(path)
+        self._sound: set[str] = set()
         try:
-            self._check_format()
+            self._require_format()
+            with reading(path):
+                refuse_links(path, self.h5)
         except BaseException:
             self.h5.close()
             raise
@@ -56,7 +62,8 @@ class Shard:
 
     def close(self) -> None:
         """Close the file."""
-        self.h5.close()
+        with reading(self.path):
+            self.h5.close()
 
     @property
     def scene(self) -> str:
@@ -90,13 +97,19 @@ class Shard:
     @property
     def cameras(self) -> tuple[str, ...]:
         """Channels, sorted."""
-        return tuple(sorted(self.h5))
+        with reading(self.path):
+            return tuple(sorted(self.h5))
 
     def frames(self, camera: str) -> int:
         """Number of a camera's frames."""
         return len(self.dataset(camera, "sample_token"))
 
-    def dataset(self, camera: str, name: str) -> h5py.Dataset:
+    def sizes(self, camera: str) -> dict[str, int]:
+        """The values of the schema's symbols for a camera: frames, boxes, points, rows, columns."""
+        with reading(self.path):
+            return sizes(self.h5[camera], self.grid)
+
+    def dataset(self, camera: str, name: str) -> Stored:
         """A camera's dataset, nothing of it read yet.
 
         Args:
@@ -104,16 +117,34 @@ class Shard:
             name: below the camera's group, such as `boxes/offsets` (see `schema.FIELDS`).
 
         Raises:
-            ShardError: there is no such camera or dataset.
+            ShardError: there is no such camera or dataset, or it isn't as the schema says.
         """
-        found = self.h5.get(f"{camera}/{name}")
-        if not isinstance(found, h5py.Dataset):
-            raise ShardError(f"{self.path}: has no dataset {camera}/{name}; it has {', '.join(self.cameras)}")
-        return found
+        place = f"{camera}/{name}"
+        with reading(self.path):
+            found = self.h5.get(place)
+            field = schema.field_of(name)
+            if not isinstance(found, h5py.Dataset) or field is None:
+                raise ShardError(f"{self.path}: has no dataset {place}; it has {', '.join(self.cameras)}")
+            if place not in self._sound:
+                self._require_sound(camera, found, field)
+                self._sound.add(place)
+            return Stored(self.path, found)
 
     def strings(self, camera: str, name: str, rows: slice | list[int] = slice(None)) -> tuple[str, ...]:
         """Rows of a text dataset."""
-        return tuple(self.dataset(camera, name).asstr()[rows])
+        return self.dataset(camera, name).texts(rows)
+
+    def attributes(self, place: str) -> dict[str, Any]:
+        """The attributes of a group.
+
+        Args:
+            place: the group's, such as `CAM_FRONT` or `CAM_FRONT/homography/surface`.
+
+        Raises:
+            ShardError: there is no such group, or it is damaged.
+        """
+        with reading(self.path):
+            return dict(self.h5[place].attrs)
 
     def added(self, camera: str, kind: str) -> tuple[str, ...]:
         """Names of the groups that were added below a camera's, sorted.
@@ -122,13 +153,15 @@ class Shard:
             camera: channel.
             kind: what they are: a name of `schema.ADDED`, such as `homography`.
         """
-        found = self.h5.get(f"{camera}/{kind}")
-        return tuple(sorted(found)) if isinstance(found, h5py.Group) else ()
+        with reading(self.path):
+            found = self.h5.get(f"{camera}/{kind}")
+            return tuple(sorted(found)) if isinstance(found, h5py.Group) else ()
 
     def image(self, camera: str, frame: int) -> UInt8Array | None:
         """The JPEG file of a frame as uint8; None where the shard keeps no images."""
-        if f"{camera}/image" not in self.h5:
-            return None
+        with reading(self.path):
+            if f"{camera}/image" not in self.h5:
+                return None
         data: UInt8Array = self.dataset(camera, "image")[frame]
         return data
 
@@ -150,7 +183,7 @@ class Shard:
             num_lidar_pts=read("num_lidar_pts"),
         )
 
-    def _check_format(self) -> None:
+    def _require_format(self) -> None:
         if self._attribute("format") != schema.FORMAT:
             raise ShardError(f"{self.path}: is HDF5, but no ogmkit shard; move it elsewhere")
         version = self._attribute("format_version")
@@ -159,23 +192,15 @@ class Shard:
                 f"{self.path}: has shard format {version}, not {schema.FORMAT_VERSION}; {REMEDY}"
             )
 
+    def _require_sound(self, camera: str, dataset: h5py.Dataset, field: Field) -> None:
+        symbols, parent = self.sizes(camera), dataset.parent
+        for kind in schema.ADDED:
+            if field in kind.fields:
+                symbols |= mask_sizes(kind, parent)
+        for problem in departures(dataset, field, symbols):
+            raise ShardError(f"{self.path}: {dataset.name} {problem}; {REMEDY}")
+
     def _attribute(self, name: str) -> object:
-        value = self.h5.attrs.get(name)
+        with reading(self.path):
+            value = self.h5.attrs.get(name)
         return value.item() if isinstance(value, np.generic) else value
-
-
-def _open(path: Path) -> h5py.File:
-    """Open for reading, without HDF5's locks: shards are replaced whole, and not all systems have locks."""
-    try:
-        file_status(path)
-    except FileNotFoundError as error:
-        raise ShardError(f"{path}: is absent; {AGAIN}") from error
-    except OSError as error:
-        raise unreadable(path, str(error.strerror)) from error
-    try:
-        return h5py.File(path, "r", locking=False)
-    except OSError as error:
-        reason = refusal(error)
-        if reason:
-            raise unreadable(path, reason) from error
-        raise ShardError(f"{path}: not an HDF5 file, or cut short; if it is a shard, {REMEDY}") from error

@@ -206,6 +206,18 @@ def fields(*, image: bool, lidar: bool) -> tuple[Field, ...]:
     return tuple(field for field in FIELDS if field.part in parts)
 
 
+def field_of(name: str) -> Field | None:
+    """The field of a dataset by its name below a camera's group; None where the schema has none.
+
+    Args:
+        name: such as `boxes/offsets` or `homography/surface/valid`.
+    """
+    kind, _, rest = name.partition("/")
+    added = next((one for one in ADDED if one.name == kind), None)
+    known, own = (FIELDS, name) if added is None else (added.fields, rest.partition("/")[2])
+    return next((field for field in known if field.name == own), None)
+
+
 def markdown() -> str:
     """The schema as Markdown tables: datasets of a camera's group, of groups added to it, then attributes."""
     tables = [_dataset_lines("`/<CAMERA>/…`", FIELDS)]

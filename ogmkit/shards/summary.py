@@ -48,7 +48,7 @@ def summarise(path: Path, *, sha256: str | None = None) -> ShardSummary:
         ShardError: the file is not a whole shard.
     """
     with Shard(path) as shard:
-        cameras = [(shard.frames(camera), shard.h5[camera].attrs) for camera in shard.cameras]
+        cameras = [(shard.frames(camera), shard.attributes(camera)) for camera in shard.cameras]
         frames = sum(count for count, _ in cameras)
         return ShardSummary(
             scene=shard.scene,

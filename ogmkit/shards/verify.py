@@ -10,6 +10,7 @@ from ogmkit.errors import ShardError
 from ogmkit.shards.crosschecks import cross_problems
 from ogmkit.shards.crosschecks_added import added_problems
 from ogmkit.shards.faults import AGAIN, H5_ERRORS, REMEDY, damaged
+from ogmkit.shards.listed import require_unchanged
 from ogmkit.shards.manifest import (
     AMENDING,
     LOCK,
@@ -17,7 +18,6 @@ from ogmkit.shards.manifest import (
     NAME,
     Manifest,
     ShardEntry,
-    file_sha256,
     read_manifest,
     unfinished_command,
 )
@@ -109,22 +109,15 @@ def _unfinished(out: Path) -> list[Problem]:
 def _shard_problems(
     path: Path, entry: ShardEntry | None, manifest: Manifest | None, *, settled: bool
 ) -> Iterator[str]:
-    if entry is not None and settled:
-        yield from _file_problems(path, entry)
     try:
+        if entry is not None and settled:
+            require_unchanged(path, entry)  # what doesn't match is never opened
         with Shard(path) as shard:
             yield from _content_problems(shard, entry, manifest)
     except ShardError as error:
         yield _without_path(error, path)
     except H5_ERRORS as error:
         yield _without_path(damaged(path, error), path)
-
-
-def _file_problems(path: Path, entry: ShardEntry) -> Iterator[str]:
-    if path.stat().st_size != entry.bytes:
-        yield f"has {path.stat().st_size} bytes, by the manifest {entry.bytes}; {REMEDY}"
-    elif file_sha256(path) != entry.sha256:
-        yield f"has another checksum than the manifest says; {REMEDY}"
 
 
 def _content_problems(shard: Shard, entry: ShardEntry | None, manifest: Manifest | None) -> Iterator[str]:

@@ -174,7 +174,7 @@ class TestCameraView:
 
         def predict(place):
             scene, camera, index = place
-            with h5py.File(eval_shards / f"{scene}.h5") as h5:
+            with h5py.File(eval_shards / f"{scene}.h5", locking=False) as h5:
                 group = h5[f"{camera}/footprints/surface"]
                 masks = np.stack([group[target][index] for target in TARGETS])
             large = masks.repeat(2, axis=1).repeat(2, axis=2)

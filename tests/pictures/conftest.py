@@ -10,7 +10,7 @@ from PIL import Image
 
 from ogmkit.geometry.se3 import level_from_global, pose_matrix
 from ogmkit.grid import GridSpec
-from ogmkit.shards.manifest import Manifest, ShardEntry, write_manifest
+from ogmkit.shards.manifest import AMENDING, Manifest, ShardEntry, write_manifest
 from ogmkit.shards.settings import ExtractSettings
 from ogmkit.target_settings import TargetSettings
 
@@ -61,6 +61,8 @@ def make_shards(tmp_path, jpeg):
                 _write_camera(h5.create_group("CAM_FRONT"), scene, jpeg() if images == "bytes" else None)
             entries.append(ShardEntry(scene, f"{scene}.h5", "boston-seaport", FRAMES, 1, "", ()))
         write_manifest(out, Manifest("v1.0-mini", "nuscenes", settings, tuple(entries)))
+        # Tests change the shards, as a command does that adds to them: the manifest doesn't know their sizes.
+        (out / AMENDING).write_text('{"command": "homography-fit"}')
         return out
 
     return make
@@ -150,4 +152,5 @@ def _write_boxes(group):
     group["annotation_token"] = group["instance_token"] = [f"box{i}" for i in range(count * FRAMES)]
     group["global_from_box"] = np.tile(poses, (FRAMES, 1, 1))
     group["size_wlh"] = np.tile([1.9, 4.5, 1.6], (count * FRAMES, 1))
-    group["visibility"], group["num_lidar_pts"] = np.zeros((2, count * FRAMES), np.int64)
+    group["visibility"] = np.zeros(count * FRAMES, np.uint8)
+    group["num_lidar_pts"] = np.zeros(count * FRAMES, np.int64)

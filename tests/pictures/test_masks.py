@@ -102,5 +102,5 @@ def test_a_valid_homography_without_inverse_is_damage(path, add_masks, matrix):
 def test_masks_of_different_shapes_are_damage(path, add_masks):
     add_masks(path, vehicles=np.ones((45, 80), np.uint8))
 
-    with pytest.raises(ShardError, match=r"footprints/surface: shapes \(90, 160\) and \(45, 80\)"):
+    with pytest.raises(ShardError, match=r"vehicles has shape \(3, 45, 80\), not \(3, 90, 160\)"):
         read(path, "surface")

@@ -15,7 +15,6 @@ from ogmkit.shards import schema
 from ogmkit.shards.layout import store_dataset
 from ogmkit.shards.manifest import AMENDING, LOCK
 from ogmkit.shards.reader import Shard
-from ogmkit.shards.structure import sizes
 from ogmkit.shards.verify import verify_folder
 
 FRAMES = 8
@@ -50,7 +49,7 @@ class Constant:
         with file.writing() as h5:
             for name in names:
                 for column, values in rows.items():
-                    group, symbols = h5[f"{camera}/homography/{name}"], sizes(shard, shard.h5[camera])
+                    group, symbols = h5[f"{camera}/homography/{name}"], shard.sizes(camera)
                     store_dataset(group, self.kind.field(column), values, symbols)
 
     def report(self, shard, cameras):
@@ -226,9 +225,9 @@ def swap(path):
     ("spoil", "message"),
     [
         (lose, "is absent; run `ogmkit extract` again"),
-        (shorten, "not an HDF5 file, or cut short"),
+        (shorten, r"has \d+ bytes, by the manifest \d+; remove it"),
         (flip, "has another checksum than the manifest says"),
-        (swap, "is HDF5, but no ogmkit shard"),
+        (swap, r"has \d+ bytes, by the manifest \d+; remove it"),
     ],
 )
 def test_a_shard_that_was_changed_is_refused(out, undisturbed, digests, spoil, message):

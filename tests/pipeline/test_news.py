@@ -61,11 +61,14 @@ def test_maps_are_decoded_ahead_once_and_damage_is_left_to_the_worker(
 def test_a_fit_tells_what_it_found_and_what_is_done(tmp_path, undisturbed, told):
     out = shutil.copytree(undisturbed, tmp_path / "out")
     fit_shards(out, ("calibration",), FitSettings(), cameras=("CAM_FRONT",))
-    assert told == [Found("2 scenes, 16 frames of CAM_FRONT; in this process")]
+    compared = Waiting("comparing checksums of 2 shards")
+    assert told == [compared, Found("2 scenes, 16 frames of CAM_FRONT; in this process")]
     told.clear()
     fit_shards(out, ("calibration",), FitSettings())
     fit_shards(out, ("calibration",), FitSettings())
     assert told == [
+        compared,
         Found("2 scenes, 32 frames of CAM_BACK, CAM_FRONT; in this process"),
+        compared,
         Found("2 scenes, 32 frames of CAM_BACK, CAM_FRONT; 2 scenes already complete; in this process"),
     ]

@@ -10,7 +10,7 @@ from ogmkit.samples.index import index_frames, index_sequences
 from ogmkit.samples.poses import require_finite_poses
 from ogmkit.samples.reading import Rows, read_sample
 from ogmkit.samples.spec import SampleSpec
-from ogmkit.shards.manifest import read_manifest
+from ogmkit.shards.manifest import AMENDING, read_manifest
 from ogmkit.shards.reader import Shard
 
 SCENES = ("scene-0001", "scene-0002")
@@ -227,6 +227,7 @@ def test_images_whose_dataset_is_gone(make_sample_shards, tmp_path):
 def test_masks_of_an_earlier_homography_are_refused(copied_shards):
     with h5py.File(copied_shards / "scene-0001.h5", "r+") as h5:
         h5["CAM_BACK/homography/dlt"].attrs["settings"] = '{"min_points": 8}'
+    (copied_shards / AMENDING).write_text('{"command": "homography-fit"}')  # the file's size is another
 
     with pytest.raises(ShardError, match=r"CAM_BACK/footprints/dlt is warped by an earlier .*--overwrite"):
         index_frames(copied_shards, SCENES, [], needs=SampleSpec((45, 80), masks="dlt"))

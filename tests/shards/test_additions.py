@@ -87,8 +87,8 @@ def test_what_is_not_replaced_is_kept_beside_it(path):
     with Shard(path) as shard:
         assert shard.added("CAM_FRONT", "homography") == ("dlt", "surface")
         assert shard.added("CAM_BACK", "homography") == ()
-        assert len(shard.dataset("CAM_FRONT", "homography/dlt/valid")) == 3
-        assert len(shard.dataset("CAM_FRONT", "homography/surface/valid")) == 7
+        assert len(shard.h5["CAM_FRONT/homography/dlt/valid"]) == 3
+        assert len(shard.h5["CAM_FRONT/homography/surface/valid"]) == 7
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError])

@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import h5py
-
 from ogmkit.shards.reader import Shard
+from ogmkit.shards.stored import Stored
 
 MAX_OPEN = 64
 """Shards that one process keeps open: well below the 1024 files that systems allow."""
@@ -19,9 +18,9 @@ class PooledShard(Shard):
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
-        self._at_hand: dict[tuple[str, str], h5py.Dataset] = {}
+        self._at_hand: dict[tuple[str, str], Stored] = {}
 
-    def dataset(self, camera: str, name: str) -> h5py.Dataset:
+    def dataset(self, camera: str, name: str) -> Stored:
         """As `Shard`'s."""
         found = self._at_hand.get((camera, name))
         if found is None:

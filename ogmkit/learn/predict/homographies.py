@@ -36,7 +36,6 @@ from ogmkit.shards.fields import AddedKind
 from ogmkit.shards.manifest import file_sha256, read_manifest
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.sink import ShardFile
-from ogmkit.shards.structure import sizes
 from ogmkit.typing import FloatArray
 
 SYSTEM = "homography"
@@ -94,7 +93,7 @@ class NetworkHomography:
                 homography, errors = measured(frame.bev_from_image, geometry, shard.grid)
                 found.append(homography)
                 left_out.append(errors)
-        symbols = sizes(shard, shard.h5[camera])
+        symbols = shard.sizes(camera)
         with file.writing() as h5:
             store_homographies(h5[f"{camera}/{self.kind.name}/{name}"], found, left_out, symbols)
 

@@ -15,8 +15,8 @@ from ogmkit.learn.settings import TrainSettings
 from ogmkit.samples.requirements import require_extracted, valid_frames
 from ogmkit.samples.spec import SampleSpec
 from ogmkit.samples.splits import split_scenes
+from ogmkit.shards.listed import listed_shard
 from ogmkit.shards.manifest import Manifest, read_manifest
-from ogmkit.shards.reader import Shard
 
 
 @dataclass(frozen=True)
@@ -90,11 +90,11 @@ def _require_made(
     settings: TrainSettings, shards: Path, manifest: Manifest, scenes: Mapping[str, tuple[str, ...]]
 ) -> None:
     """Look for masks and homographies in the first shard of each split; the index looks at all."""
-    files = {entry.scene: entry.file for entry in manifest.shards}
+    entries = {entry.scene: entry for entry in manifest.shards}
     for needs in _needs(settings):
         require_extracted(shards, manifest, needs)
         for names in scenes.values():
-            with Shard(shards / files[names[0]]) as shard:
+            with listed_shard(shards, entries[names[0]]) as shard:
                 for camera in settings.cameras:
                     valid_frames(shard, camera, needs)
 

@@ -10,7 +10,7 @@ import pytest
 from ogmkit.geometry.se3 import level_from_global, pose_matrix
 from ogmkit.grid import GridSpec
 from ogmkit.metrics.plan import Plan
-from ogmkit.shards.manifest import Manifest, ShardEntry, write_manifest
+from ogmkit.shards.manifest import AMENDING, Manifest, ShardEntry, write_manifest
 from ogmkit.shards.settings import ExtractSettings
 from ogmkit.target_settings import TargetSettings
 
@@ -42,6 +42,8 @@ def make_shards(tmp_path):
                 _write_camera(h5.create_group(CAMERA), speed=3.0 + number)
             entries.append(ShardEntry(scene, f"{scene}.h5", "boston-seaport", FRAMES, 1, "", splits))
         write_manifest(out, Manifest("v1.0-mini", "nuscenes", settings, tuple(entries)))
+        # Tests change the shards, as a command does that adds to them: the manifest doesn't know their sizes.
+        (out / AMENDING).write_text('{"command": "homography-fit"}')
         return out
 
     return make
@@ -87,7 +89,7 @@ def _write_boxes(group, global_from_box, categories):
     group["category"] = np.array(categories, dtype=h5py.string_dtype())
     group["global_from_box"] = global_from_box
     group["size_wlh"] = np.tile([1.0, 2.0, 1.5], (count, 1))
-    group["visibility"], group["num_lidar_pts"] = np.zeros((2, count), np.int64)
+    group["visibility"], group["num_lidar_pts"] = np.zeros(count, np.uint8), np.zeros(count, np.int64)
 
 
 @pytest.fixture
