@@ -2,69 +2,27 @@
 
 import hashlib
 import os
-import struct
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Self
 
 import numpy as np
-from filelock import FileLock
-from PIL.Image import Image
-from platformdirs import user_cache_path
+from numpy.typing import NDArray
 
-from ogmkit.base.files import file_status, open_file
+from ogmkit.base.files import file_status
 from ogmkit.base.news import Waiting, tell
-from ogmkit.errors import DataFileError, OutputError
+from ogmkit.errors import DataFileError
+from ogmkit.nuscenes.decoded import (
+    TILE_BYTES,
+    TILE_ROWS,
+    Header,
+    decoded_parts,
+    read_checksums,
+    tile_checksums,
+)
+from ogmkit.nuscenes.mask_cache import cache_folder, decoding
 from ogmkit.nuscenes.png import read_grey_png
-from ogmkit.typing import UInt8Array
-
-_DRIVABLE = 255
-_BLOCK_PIXELS = 1 << 24
-
-
-@dataclass(frozen=True)
-class _Header:
-    """First bytes of a decoded mask: what it holds and of which state of its source."""
-
-    rows: int
-    columns: int
-    source_bytes: int
-    source_mtime_ns: int
-
-    _FORMAT = struct.Struct("<8s4q24x")
-    _MAGIC = b"ogmmask\x01"
-    SIZE = _FORMAT.size
-
-    @classmethod
-    def read(cls, path: Path) -> Self | None:
-        """Read a decoded mask's header; None where there is no whole file of this version."""
-        try:
-            with open_file(path) as file:
-                data = file.read(cls.SIZE)
-                file_bytes = os.fstat(file.fileno()).st_size
-        except OSError:
-            return None
-        if len(data) < cls.SIZE:
-            return None
-        magic, *fields = cls._FORMAT.unpack(data)
-        header = cls(*fields)
-        return header if magic == cls._MAGIC and file_bytes == header._file_bytes else None
-
-    def pack(self) -> bytes:
-        return self._FORMAT.pack(
-            self._MAGIC, self.rows, self.columns, self.source_bytes, self.source_mtime_ns
-        )
-
-    @property
-    def source_state(self) -> tuple[int, int]:
-        return self.source_bytes, self.source_mtime_ns
-
-    @property
-    def _file_bytes(self) -> int:
-        return self.SIZE + self.rows * -(-self.columns // 8)
+from ogmkit.typing import BoolArray, UInt8Array
 
 
 @dataclass(frozen=True)
@@ -80,11 +38,24 @@ class MapMask:
     shape: tuple[int, int]
 
     @cached_property
-    def _bits(self) -> UInt8Array:
-        header = _Header.read(self.path)
+    def _header(self) -> Header:
+        header = Header.read(self.path)
         if header is None or (header.rows, header.columns) != self.shape:
             raise DataFileError(f"{self.path}: decoded map mask was removed or changed in use; run again")
-        return np.memmap(self.path, np.uint8, "r", _Header.SIZE, (self.shape[0], -(-self.shape[1] // 8)))
+        return header
+
+    @cached_property
+    def _bits(self) -> UInt8Array:
+        return np.memmap(self.path, np.uint8, "r", Header.SIZE, self._header.bits_shape)
+
+    @cached_property
+    def _checksums(self) -> NDArray[np.uint32]:
+        return read_checksums(self.path, self._header)
+
+    @cached_property
+    def _sound(self) -> BoolArray:
+        """Which tiles have been compared with their checksums."""
+        return np.zeros(self._header.tiles, np.bool_)
 
     def __reduce__(self) -> tuple[type["MapMask"], tuple[Path, tuple[int, int]]]:
         """Pickle without the memory map, which would be copied whole."""
@@ -95,10 +66,29 @@ class MapMask:
 
         Returns:
             (row1 − row0, column1 − column0) uint8, 1 = drivable.
+
+        Raises:
+            DataFileError: the decoded file was removed or changed, or is damaged there.
         """
-        first_byte = column0 // 8
-        packed = self._bits[row0:row1, first_byte : -(-column1 // 8)]
+        first_byte, last_byte = column0 // 8, -(-column1 // 8)
+        self._require_sound(slice(row0, row1), slice(first_byte, last_byte))
+        packed = self._bits[row0:row1, first_byte:last_byte]
         return np.unpackbits(packed, axis=1)[:, column0 - 8 * first_byte : column1 - 8 * first_byte]
+
+    def _require_sound(self, rows: slice, columns: slice) -> None:
+        """Compare the tiles of some rows and bytes with their checksums, each once."""
+        across = slice(columns.start // TILE_BYTES, -(-columns.stop // TILE_BYTES))
+        for row in range(rows.start // TILE_ROWS, -(-rows.stop // TILE_ROWS)):
+            if self._sound[row, across].all():
+                continue
+            first, last = across.start * TILE_BYTES, across.stop * TILE_BYTES
+            found = tile_checksums(self._bits[row * TILE_ROWS : (row + 1) * TILE_ROWS, first:last])
+            if found != self._checksums[row, across].tolist():
+                raise DataFileError(
+                    f"{self.path}: decoded map mask is damaged; remove it (`ogmkit cache --clear`), then run "
+                    "again"
+                )
+            self._sound[row, across] = True
 
 
 @dataclass(frozen=True)
@@ -106,7 +96,8 @@ class MaskStore:
     """Decoded masks in a folder that all workers and runs share.
 
     Attributes:
-        cache_dir: that folder; None means the platform's cache folder for ogmkit.
+        cache_dir: that folder; None means the one that OGMKIT_CACHE_DIR names, else the platform's cache
+            folder for ogmkit.
     """
 
     cache_dir: Path | None = None
@@ -131,57 +122,34 @@ class MaskStore:
         decoded = self._decoded_path(png)
         header = _current_header(decoded, state)
         if header is None:
-            with _cache_errors(decoded.parent):
-                decoded.parent.mkdir(parents=True, exist_ok=True)
-                tell(Waiting(f"decoding map {png.name}"))
-                # One lock for all masks: decoding takes a byte a pixel, so never two at a time.
-                with FileLock(decoded.parent / "decoding.lock"):
-                    header = _current_header(decoded, state) or _decode(png, decoded, state)
+            tell(Waiting(f"decoding map {png.name}"))
+            with decoding(decoded.parent):
+                header = _current_header(decoded, state) or _decode(png, decoded, state)
         return MapMask(decoded, (header.rows, header.columns))
 
     def _decoded_path(self, png: Path) -> Path:
-        folder = user_cache_path("ogmkit") / "masks" if self.cache_dir is None else self.cache_dir
         name = hashlib.sha256(os.fsencode(png.resolve())).hexdigest()[:16]
-        return folder / f"{name}.mask"
+        return cache_folder(self.cache_dir) / f"{name}.mask"
 
 
-def _current_header(decoded: Path, state: tuple[int, int]) -> _Header | None:
+def _current_header(decoded: Path, state: tuple[int, int]) -> Header | None:
     """The header of a decoded mask, if that is whole and made from the source's present state."""
-    header = _Header.read(decoded)
+    header = Header.read(decoded)
     return header if header is not None and header.source_state == state else None
 
 
-def _decode(png: Path, decoded: Path, state: tuple[int, int]) -> _Header:
+def _decode(png: Path, decoded: Path, state: tuple[int, int]) -> Header:
     """Decode a mask into a file beside the target, which then takes its place whole."""
     image = read_grey_png(png)
-    header = _Header(image.height, image.width, *state)
+    header = Header(image.height, image.width, *state)
     partial = decoded.with_suffix(".partial")  # one name: what a killed run left is overwritten
     try:
         with partial.open("wb") as file:
-            file.write(header.pack())
-            for block in _packed_blocks(image):
-                file.write(block)
+            for part in decoded_parts(image, header):
+                file.write(part)
             file.flush()
             os.fsync(file.fileno())
         partial.replace(decoded)
     finally:
         partial.unlink(missing_ok=True)
     return header
-
-
-def _packed_blocks(image: Image) -> Iterator[bytes]:
-    """Rows as bits, in blocks that keep the memory beyond the decoded image small."""
-    block_rows = max(1, _BLOCK_PIXELS // image.width)
-    for row in range(0, image.height, block_rows):
-        block = image.crop((0, row, image.width, min(row + block_rows, image.height)))
-        yield np.packbits(np.asarray(block.convert("L")) == _DRIVABLE, axis=1).tobytes()
-
-
-@contextmanager
-def _cache_errors(folder: Path) -> Iterator[None]:
-    try:
-        yield
-    except (OSError, NotImplementedError) as error:  # the latter: a file system without locks
-        raise OutputError(
-            f"{folder}: decoded map masks can't be kept here ({error}); name another folder with --cache-dir"
-        ) from error

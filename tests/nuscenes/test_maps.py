@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from ogmkit.errors import DataFileError, OutputError
-from ogmkit.nuscenes import maps
+from ogmkit.nuscenes import decoded, maps, mask_cache
 from ogmkit.nuscenes.maps import MaskStore
 from ogmkit.nuscenes.png import read_grey_png
 
@@ -62,8 +62,13 @@ def test_every_pixel_survives(store, tmp_path, shape):
 
 
 def test_decoding_by_blocks_of_rows_changes_nothing(store, png, monkeypatch):
-    monkeypatch.setattr(maps, "_BLOCK_PIXELS", 3 * 37)
-    np.testing.assert_array_equal(_whole(store.open(png)), np.array(Image.open(png)) // 255)
+    pixels = _pixels((700, 37))
+    _write(png, pixels)
+    at_once = store.open(png).path.read_bytes()
+    monkeypatch.setattr(decoded, "_BLOCK_PIXELS", 3 * 37)
+    again = MaskStore(store.cache_dir / "again").open(png)
+    assert again.path.read_bytes() == at_once
+    np.testing.assert_array_equal(_whole(again), pixels // 255)
 
 
 def test_only_the_devkit_s_foreground_value_is_drivable(store, png):
@@ -105,8 +110,51 @@ def test_a_second_opening_decodes_nothing(store, png, monkeypatch):
 
 def test_the_default_folder_is_the_platform_s(tmp_path, png, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "home"))
-    monkeypatch.setattr(maps, "user_cache_path", lambda name: tmp_path / "home" / name)
+    monkeypatch.delenv("OGMKIT_CACHE_DIR", raising=False)
+    monkeypatch.setattr(mask_cache, "user_cache_path", lambda name: tmp_path / "home" / name)
     assert MaskStore().open(png).path.is_relative_to(tmp_path / "home" / "ogmkit")
+
+
+def test_an_environment_variable_names_the_folder(tmp_path, png, monkeypatch):
+    monkeypatch.setenv("OGMKIT_CACHE_DIR", str(tmp_path / "named"))
+    assert MaskStore().open(png).path.parent == tmp_path / "named"
+    assert MaskStore(tmp_path / "given").open(png).path.parent == tmp_path / "given"
+
+
+@pytest.mark.parametrize("place", [0, 63, 64, 64 + 128 * 320 + 5, -1])
+def test_a_flipped_bit_in_the_cache_is_found(store, png, place):
+    """In the header the mask is decoded again; in pixels or checksums the reading of that tile fails."""
+    pixels = _pixels((300, 2560), seed=3)
+    _write(png, pixels)
+    path = store.open(png).path
+    data = bytearray(path.read_bytes())
+    data[place] ^= 1
+    path.write_bytes(data)
+    mask = store.open(png)
+    if 0 <= place < 64:
+        np.testing.assert_array_equal(_whole(mask), pixels // 255)
+        return
+    with pytest.raises(
+        DataFileError, match=r"\.mask: decoded map mask is damaged; remove it \(`ogmkit cache"
+    ):
+        _whole(mask)
+
+
+def test_only_the_tiles_that_a_window_touches_are_read(store, png):
+    """300 × 2560 pixels are 3 × 3 tiles of 128 × 1024; the one in the middle is spoilt."""
+    pixels = _pixels((300, 2560), seed=3)
+    _write(png, pixels)
+    path = store.open(png).path
+    data = bytearray(path.read_bytes())
+    data[64 + 200 * 320 + 150] ^= 0xFF
+    path.write_bytes(data)
+    mask = store.open(png)
+    for row0, row1, column0, column1 in [(0, 128, 0, 2560), (256, 300, 0, 2560), (0, 300, 0, 1024)]:
+        window = mask.window(row0, row1, column0, column1)
+        np.testing.assert_array_equal(window, pixels[row0:row1, column0:column1] // 255)
+    for row0, row1, column0, column1 in [(127, 129, 1024, 1025), (255, 256, 2047, 2048), (0, 300, 0, 2560)]:
+        with pytest.raises(DataFileError, match="is damaged"):
+            mask.window(row0, row1, column0, column1)
 
 
 @pytest.mark.parametrize("shape", [(50, 37), (61, 40)])
@@ -284,11 +332,11 @@ def test_a_folder_that_cannot_be_written_names_the_option(png, tmp_path):
 
 
 def test_a_full_disk_leaves_nothing_behind_and_names_the_option(store, png, monkeypatch):
-    def full(image):
+    def full(image, header):
         yield b"some"
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(maps, "_packed_blocks", full)
+    monkeypatch.setattr(maps, "decoded_parts", full)
     with pytest.raises(OutputError, match=r"No space left.*--cache-dir"):
         store.open(png)
     assert {path.name for path in store.cache_dir.iterdir()} <= {"decoding.lock"}

@@ -1,0 +1,105 @@
+"""The folder of decoded map masks: where it is, what it holds, and how it is emptied."""
+
+import os
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from filelock import FileLock
+from platformdirs import user_cache_path
+
+from ogmkit.base.places import place
+from ogmkit.errors import OutputError
+from ogmkit.nuscenes.decoded import Header
+
+VARIABLE = "OGMKIT_CACHE_DIR"
+"""The environment variable that names the folder."""
+
+_LOCK = "decoding.lock"
+_OURS = re.compile(r"[0-9a-f]{16}\.(mask|partial)")
+
+
+@dataclass(frozen=True)
+class CachedMask:
+    """A decoded mask.
+
+    Attributes:
+        file: its name in the folder.
+        bytes: its size.
+        shape: (rows, columns) in pixels; (0, 0) where the file is damaged or of another version.
+    """
+
+    file: str
+    bytes: int
+    shape: tuple[int, int]
+
+
+def cache_folder(cache_dir: Path | None = None) -> Path:
+    """The folder: as given, else as OGMKIT_CACHE_DIR says, else in the user's cache folder."""
+    if cache_dir is not None:
+        return cache_dir
+    named = os.environ.get(VARIABLE)
+    return place(named) if named else user_cache_path("ogmkit") / "masks"
+
+
+def cached_masks(folder: Path) -> tuple[CachedMask, ...]:
+    """The decoded masks in a folder, by name, also what a killed run left; none where there is no folder.
+
+    Raises:
+        OutputError: the folder can't be read.
+    """
+    found = []
+    with cache_errors(folder):
+        for path in sorted(folder.iterdir()) if folder.exists() else ():
+            if _OURS.fullmatch(path.name):
+                header = Header.read(path)
+                shape = (0, 0) if header is None else (header.rows, header.columns)
+                found.append(CachedMask(path.name, path.lstat().st_size, shape))
+    return tuple(found)
+
+
+def clear_cache(folder: Path) -> tuple[CachedMask, ...]:
+    """Remove the decoded masks of a folder, and nothing else in it.
+
+    Waits for a mask that is being decoded. Runs that have masks open go on with them.
+
+    Returns:
+        What was removed.
+
+    Raises:
+        OutputError: the folder can't be read or written.
+    """
+    if not cached_masks(folder):
+        return ()
+    with decoding(folder):
+        removed = cached_masks(folder)
+        for mask in removed:
+            (folder / mask.file).unlink(missing_ok=True)
+    return removed
+
+
+@contextmanager
+def decoding(folder: Path) -> Iterator[None]:
+    """Hold the folder while a mask is decoded: one at a time, since each takes a byte a pixel of memory.
+
+    Raises:
+        OutputError: the folder can't be written.
+    """
+    with cache_errors(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        with FileLock(folder / _LOCK):
+            yield
+
+
+@contextmanager
+def cache_errors(folder: Path) -> Iterator[None]:
+    """Turn what the system refuses into an OutputError that names the folder."""
+    try:
+        yield
+    except (OSError, NotImplementedError) as error:  # the latter: a file system without locks
+        raise OutputError(
+            f"{folder}: decoded map masks can't be kept here ({error}); name another folder with --cache-dir "
+            f"or {VARIABLE}"
+        ) from error
