@@ -67,7 +67,7 @@ def _configured(context: click.Context, parameter: click.Parameter, path: Path |
 
     require_train()
     from ogmkit.errors import SettingsError
-    from ogmkit.learn.runs import read_yaml
+    from ogmkit.learn.yaml_files import read_yaml
 
     entry = CATALOGUE[str(context.info_name)]
     values = read_yaml(path)
@@ -138,7 +138,7 @@ def _train(
     from .extras import require_train
 
     require_train()
-    from ogmkit.learn.runs import as_yaml
+    from ogmkit.learn.yaml_files import as_yaml
 
     settings = entry.settings.from_values(values)
     if print_config:

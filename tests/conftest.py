@@ -127,7 +127,7 @@ def make_run():
         import torch
 
         from ogmkit.learn.catalogue import CATALOGUE
-        from ogmkit.learn.checkpoints import Card
+        from ogmkit.learn.checkpoints import Card, write_checkpoint
         from ogmkit.learn.runs import BEST
         from ogmkit.learn.systems.registry import build_system
 
@@ -141,7 +141,7 @@ def make_run():
                 change(net)
         path.mkdir(parents=True, exist_ok=True)
         card = Card(chosen, grid, tuple(cameras))
-        torch.save({"state_dict": net.state_dict(), "ogmkit": card.to_dict()}, path / BEST)
+        write_checkpoint(path / BEST, {"state_dict": net.state_dict(), "ogmkit": card.to_dict()})
         return path
 
     return make

@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, BinaryIO, Self, cast
 
 import torch
 from lightning.fabric.plugins.io.torch_io import TorchCheckpointIO
@@ -17,6 +17,7 @@ from ogmkit.base.steps import STEP_S
 from ogmkit.errors import CheckpointError, OgmkitError, SettingsError
 from ogmkit.grid import GridSpec
 from ogmkit.learn.catalogue import settings_from_dict
+from ogmkit.learn.checksums import add_checksum, require_checksum
 from ogmkit.learn.settings import TrainSettings
 from ogmkit.learn.systems.base import System
 from ogmkit.learn.systems.registry import build_system
@@ -25,7 +26,18 @@ _Path = str | Path
 
 KEY = "ogmkit"
 """Of our own part of a checkpoint, which is Lightning's otherwise."""
-FORMAT_VERSION = 2
+FORMAT_VERSION = 3
+
+_FOREIGN = (
+    pickle.UnpicklingError,
+    RuntimeError,
+    ValueError,
+    EOFError,
+    LookupError,
+    TypeError,
+    AttributeError,
+)
+"""What torch raises on files that others made."""
 
 AGAIN = "train again, or choose another checkpoint"
 
@@ -90,14 +102,9 @@ class AtomicCheckpointIO(TorchCheckpointIO):
     def save_checkpoint(
         self, checkpoint: dict[str, Any], path: _Path, storage_options: object = None
     ) -> None:
-        """Write beside the place, then rename.
-
-        Raises:
-            OutputError: the system refuses to write.
-        """
+        """Write as `write_checkpoint`."""
         del storage_options
-        with replacing(Path(path)) as part:
-            torch.save(checkpoint, part)
+        write_checkpoint(Path(path), checkpoint)
 
     def load_checkpoint(
         self, path: _Path, map_location: object = None, weights_only: bool | None = None
@@ -111,6 +118,49 @@ class AtomicCheckpointIO(TorchCheckpointIO):
         return read_checkpoint(Path(path))[1]
 
 
+class _Remembering:
+    """A file to write to; torch turns what the system raises there into errors of its own.
+
+    Attributes:
+        error: what the system raised first.
+    """
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file = file
+        self.error: OSError | None = None
+
+    def write(self, data: bytes) -> int:
+        try:
+            return self._file.write(data)
+        except OSError as error:
+            self.error = self.error or error
+            raise
+
+    def flush(self) -> None:
+        self._file.flush()
+
+
+def write_checkpoint(path: Path, content: Mapping[str, Any]) -> None:
+    """Write a checkpoint with its checksum, whole or not at all; equal content gives equal bytes.
+
+    Args:
+        path: the file; what was there is replaced.
+        content: tensors and plain values.
+
+    Raises:
+        OutputError: the system refuses to write.
+    """
+    with replacing(path) as part, part.open("w+b") as file:
+        watched = _Remembering(file)
+        try:
+            torch.save(content, cast("BinaryIO", watched))  # by name, it would put the name inside
+        except RuntimeError:
+            if watched.error is None:
+                raise
+            raise watched.error from None
+        add_checksum(file)
+
+
 def read_checkpoint(path: Path, *, mapped: bool = False) -> tuple[Card, dict[str, Any]]:
     """What a checkpoint says of itself, and all of its content, on the CPU.
 
@@ -119,16 +169,17 @@ def read_checkpoint(path: Path, *, mapped: bool = False) -> tuple[Card, dict[str
         mapped: leave the weights in the file until they are used: they take no memory before.
 
     Raises:
-        CheckpointError: the file is absent, cut short, holds more than weights and plain values, isn't
-            ogmkit's, or is of another format version.
+        CheckpointError: the file is absent, damaged by its checksum or without one, holds more than weights
+            and plain values, isn't ogmkit's, or is of another format version.
     """
+    require_checksum(path, AGAIN)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of foreign files; what matters is raised
             content = torch.load(path, map_location="cpu", weights_only=True, mmap=mapped)
     except OSError as error:
         raise CheckpointError(f"{path}: can't be read ({error.strerror or error}); {AGAIN}") from error
-    except (pickle.UnpicklingError, RuntimeError, ValueError, EOFError, KeyError, TypeError) as error:
+    except _FOREIGN as error:
         raise CheckpointError(
             f"{path}: is damaged, or holds more than weights and plain values; nothing of it was run; {AGAIN}"
         ) from error

@@ -1,31 +1,15 @@
 """What the folder of a training or a checkpoint says of itself: `ogmkit inspect`."""
 
-import csv
 import zipfile
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from ogmkit.errors import CheckpointError
-from ogmkit.learn.runs import BEST, CONFIG, LAST, METRICS, SPLITS, read_yaml
-
-
-@dataclass(frozen=True)
-class Figure:
-    """A figure of a training's log.
-
-    Attributes:
-        epoch: in which it was written, from 0.
-        step: optimiser steps before it.
-        name: such as `train/loss` or `val/iou`.
-        value: the figure.
-    """
-
-    epoch: int
-    step: int
-    name: str
-    value: float
+from ogmkit.learn.figures import Figure, read_figures
+from ogmkit.learn.runs import BEST, CONFIG, LAST, METRICS, SPLITS
+from ogmkit.learn.yaml_files import read_yaml
+from ogmkit.nuscenes.splits import read_split_file
 
 
 @dataclass(frozen=True)
@@ -84,16 +68,17 @@ def summarise_run(run: Path) -> RunSummary:
     """What the folder of a training says of itself; reads no checkpoint.
 
     Raises:
-        CheckpointError: its settings, splits or figures are absent or damaged.
+        CheckpointError: its settings or figures are absent or damaged.
+        TableError: its splits are damaged.
     """
     settings = read_yaml(run / CONFIG)
-    splits = read_yaml(run / SPLITS) if (run / SPLITS).is_file() else {}
+    figures = read_figures(run / METRICS)
     return RunSummary(
         system=str(settings.pop("system", "")),
         settings=settings,
-        scenes={split: tuple(names) for split, names in splits.items()},
+        scenes=read_split_file(run / SPLITS) if (run / SPLITS).is_file() else {},
         checkpoints=tuple(name for name in (BEST, LAST) if (run / name).is_file()),
-        figures=_last_figures(run / METRICS) if (run / METRICS).is_file() else (),
+        figures=tuple({figure.name: figure for figure in figures}.values()),
     )
 
 
@@ -116,15 +101,3 @@ def summarise_checkpoint(path: Path) -> CheckpointSummary:
         epoch=card.epoch,
         package_version=card.package_version,
     )
-
-
-def _last_figures(path: Path) -> tuple[Figure, ...]:
-    try:
-        with path.open(newline="", encoding="utf-8") as file:
-            rows = [
-                Figure(int(row["epoch"]), int(row["step"]), row["name"], float(row["value"]))
-                for row in csv.DictReader(file)
-            ]
-    except (OSError, KeyError, TypeError, ValueError) as error:
-        raise CheckpointError(f"{path}: is damaged ({error}); remove it") from error
-    return tuple({figure.name: figure for figure in rows}.values())

@@ -1,14 +1,16 @@
 """The folder of a training: what it was made with, and whether a training may resume in it."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Protocol
 
 from ogmkit.base.atomic import is_part, output_errors, replacing, write_json
 from ogmkit.base.differences import differences
-from ogmkit.base.files import read_text
+from ogmkit.base.locks import locked
 from ogmkit.errors import CheckpointError, OutputError
 from ogmkit.learn.settings import TrainSettings
+from ogmkit.learn.yaml_files import as_yaml, read_yaml
+from ogmkit.nuscenes.splits import read_split_file
 
 LAST, BEST = "last.ckpt", "best.ckpt"
 CONFIG = "config.yaml"
@@ -18,52 +20,19 @@ METRICS = "metrics.csv"
 SAMPLES = "samples.png"
 TENSORBOARD = "tensorboard"
 
-_MAX_BYTES = 1 << 20
+LOCK = ".ogmkit-train.lock"
+"""Stands there while a training holds the folder; a killed one leaves it, and it holds nobody up."""
 
 
-class Plain(Protocol):
-    """What can be told in plain JSON values."""
-
-    def to_dict(self) -> dict[str, Any]:
-        """Those values."""
-
-
-def as_yaml(settings: Plain) -> str:
-    """Settings as a YAML file has them."""
-    import yaml  # noqa: PLC0415  # comes with the extra `train`
-
-    text: str = yaml.safe_dump(settings.to_dict(), sort_keys=False, allow_unicode=True)
-    return text
-
-
-def read_yaml(path: Path) -> dict[str, Any]:
-    """The mapping in a YAML file.
-
-    Raises:
-        CheckpointError: it is absent, too large, no YAML, or no mapping.
-    """
-    import yaml  # noqa: PLC0415  # comes with the extra `train`
-
-    try:
-        content = yaml.safe_load(read_text(path, _MAX_BYTES))
-    except OSError as error:
-        raise CheckpointError(f"{path}: can't be read ({error.strerror}); choose another file") from error
-    except (yaml.YAMLError, ValueError) as error:
-        reason = " ".join(str(error).split())
-        raise CheckpointError(f"{path}: not YAML ({reason}); correct it") from error
-    if not isinstance(content, dict) or not all(isinstance(key, str) for key in content):
-        raise CheckpointError(f"{path}: not a mapping of setting: value; correct it")
-    return content
-
-
+@contextmanager
 def open_folder(
     run: Path,
     settings: TrainSettings,
     scenes: Mapping[str, tuple[str, ...]],
     *,
     overwrite: bool,
-) -> None:
-    """Make the folder of a training, or find that a training of the same settings may resume in it.
+) -> Iterator[None]:
+    """Hold the folder of one training: made, or found to hold one of the same settings, which may resume.
 
     Args:
         run: the folder.
@@ -72,18 +41,20 @@ def open_folder(
         overwrite: start over where a training exists.
 
     Raises:
-        OutputError: the folder holds something else, or a training with other settings or scenes.
+        OutputError: the folder holds something else, or a training with other settings or scenes, or one
+            that is under way.
     """
-    with output_errors(run):
-        run.mkdir(parents=True, exist_ok=True)
-    if overwrite:
+    if run.exists():
         _require_training(run)
-        _clear(run)
-    else:
-        require_resumable(run, settings, scenes)
-    with replacing(run / CONFIG) as part:
-        part.write_text(as_yaml(settings), encoding="utf-8")
-    write_json(run / SPLITS, scenes)
+    with locked(run, LOCK):
+        if overwrite:
+            _clear(run)
+        else:
+            require_resumable(run, settings, scenes)
+        with replacing(run / CONFIG) as part:
+            part.write_text(as_yaml(settings), encoding="utf-8")
+        write_json(run / SPLITS, scenes)
+        yield
 
 
 def require_resumable(run: Path, settings: TrainSettings, scenes: Mapping[str, tuple[str, ...]]) -> None:
@@ -122,8 +93,8 @@ def _require_training(run: Path) -> bool:
         OutputError: it does.
     """
     with output_errors(run):
-        # A kill at the wrong moment leaves these two of a training that had just begun.
-        names = {path.name for path in run.iterdir() if not is_part(path)} - {TENSORBOARD}
+        # A kill at the wrong moment leaves these of a training that had just begun.
+        names = {path.name for path in run.iterdir() if not is_part(path)} - {TENSORBOARD, LOCK}
     if names and CONFIG not in names:
         raise OutputError(f"{run}: is not empty, and no training made it; choose another --out")
     return bool(names)
@@ -141,8 +112,7 @@ def _require_same(run: Path, settings: TrainSettings, scenes: Mapping[str, tuple
             "use --overwrite or another --out"
         )
     if (run / SPLITS).is_file():
-        known = {split: tuple(names) for split, names in read_yaml(run / SPLITS).items()}
-        if known != dict(scenes):
+        if read_split_file(run / SPLITS) != dict(scenes):
             raise OutputError(f"{run}: a training on other scenes exists; use --overwrite or another --out")
 
 

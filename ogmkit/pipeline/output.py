@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from filelock import FileLock, Timeout
-
-from ogmkit.base.atomic import is_part, output_errors, remove_parts, write_json
+from ogmkit.base import locks
+from ogmkit.base.atomic import is_part, output_errors, write_json
 from ogmkit.base.differences import differences
 from ogmkit.errors import OutputError, ShardError, UnreadableShardError
 from ogmkit.shards.faults import H5_ERRORS
@@ -118,24 +117,8 @@ def locked(out: Path) -> Iterator[None]:
     Raises:
         OutputError: another run holds it, or it can't be written.
     """
-    with output_errors(out):
-        out.mkdir(parents=True, exist_ok=True)
-        lock = FileLock(out / LOCK, timeout=0)
-        try:
-            lock.acquire()
-        except Timeout as error:
-            raise OutputError(f"{out}: another ogmkit command is writing here; wait for it") from error
-        except NotImplementedError as error:
-            raise OutputError(f"{out}: this file system has no locks; choose another OUT") from error
-    try:
-        with output_errors(out):
-            remove_parts(out)
+    with locks.locked(out, LOCK):
         yield
-    finally:
-        with output_errors(out):
-            remove_parts(out)
-            (out / LOCK).unlink(missing_ok=True)
-            lock.release()
 
 
 def begin(request: Request) -> None:

@@ -175,7 +175,7 @@ def _require_ours(config: Config) -> None:
 
 def _write_config(config: Config) -> None:
     """Keep the configuration as it was understood, as a file that says the same again."""
-    from ogmkit.learn.runs import as_yaml  # noqa: PLC0415  # YAML comes with the extra `train`
+    from ogmkit.learn.yaml_files import as_yaml  # noqa: PLC0415  # YAML comes with the extra `train`
 
     with replacing(config.out / CONFIG) as part:
         text = as_yaml(config)

@@ -35,7 +35,7 @@ def read_config(path: Path) -> Config:
         CheckpointError: it is absent, no YAML, or no mapping.
         SettingsError: a key is unknown or missing, or a value of another kind or out of range.
     """
-    from ogmkit.learn.runs import read_yaml  # noqa: PLC0415  # YAML comes with the extra `train`
+    from ogmkit.learn.yaml_files import read_yaml  # noqa: PLC0415  # YAML comes with the extra `train`
 
     return config_of(read_yaml(path), path)
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ogmkit.base.atomic import output_errors, remove_parts
 from ogmkit.learn.perception_settings import EncoderTraining
 from ogmkit.learn.planner_settings import HolisticTraining
 from ogmkit.learn.settings import TrainSettings
@@ -83,9 +82,6 @@ class Train:
             begun = True
             call.advance(done, total)
 
-        if run.is_dir():
-            with output_errors(run):
-                remove_parts(run)  # of checkpoints, which a killed call was writing
         summary = train(
             self._settings(), self.config.shards, run, overwrite=call.overwrite, on_progress=advance
         )

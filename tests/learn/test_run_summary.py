@@ -2,10 +2,10 @@
 
 import pytest
 
-from ogmkit.errors import CheckpointError
+from ogmkit.errors import CheckpointError, TableError
 from ogmkit.grid import GridSpec
+from ogmkit.learn.figures import Figure
 from ogmkit.learn.run_summary import (
-    Figure,
     is_checkpoint,
     is_run,
     summarise_checkpoint,
@@ -54,4 +54,11 @@ def test_what_runs_and_checkpoints_look_like(run, tmp_path):
 def test_damaged_figures_are_named(run):
     (run / "metrics.csv").write_text("epoch,step,name,value\n0,4,val/ade,many\n")
     with pytest.raises(CheckpointError, match=r"metrics\.csv: is damaged"):
+        summarise_run(run)
+
+
+@pytest.mark.parametrize("text", ['{"train": [1]}', '["train"]', "{", "[" * 100_000])
+def test_odd_splits_are_named(run, text):
+    (run / "splits.json").write_text(text)
+    with pytest.raises(TableError, match=r"splits\.json"):
         summarise_run(run)

@@ -5,16 +5,15 @@ import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import torch
 from lightning.pytorch import Callback, Trainer, seed_everything
-from lightning.pytorch.loggers import TensorBoardLogger
 from lightning.pytorch.utilities import rank_zero_only
 
 from ogmkit.base.news import Found, Waiting, listening, tell
-from ogmkit.learn.checkpoints import AtomicCheckpointIO, Card, read_checkpoint
+from ogmkit.learn.checkpoints import AtomicCheckpointIO, Card
 from ogmkit.learn.data.augment import Augmentation
 from ogmkit.learn.data.module import Loading, ShardDataModule
 from ogmkit.learn.perception_settings import ImageTraining
@@ -22,10 +21,12 @@ from ogmkit.learn.runs import LAST, METRICS, SAMPLES, TENSORBOARD, open_folder
 from ogmkit.learn.settings import TrainSettings
 from ogmkit.learn.systems.base import System
 from ogmkit.learn.systems.registry import build_system
+from ogmkit.learn.training.events import Events
 from ogmkit.learn.training.found import first_line
 from ogmkit.learn.training.interrupts import Interrupted
 from ogmkit.learn.training.plan import plan_training
 from ogmkit.learn.training.progress import Progress
+from ogmkit.learn.training.resuming import resumed_from
 from ogmkit.learn.training.saving import Checkpoints
 from ogmkit.learn.training.warm_start import require_perception, warm_start
 from ogmkit.learn.training.watching import Metrics, Samples
@@ -85,8 +86,8 @@ def train(
         SettingsError: settings and shards don't go together.
         ShardError: shards lack what the system learns from, or a split is empty.
         TrainingError: no frame can be learnt from, or the loss is not finite.
-        OutputError: `run` holds something else, or can't be written.
-        CheckpointError: the checkpoint to resume from is damaged.
+        OutputError: `run` holds something else, can't be written, or another training is under way there.
+        CheckpointError: the checkpoint to resume from is damaged or not this training's.
         KeyboardInterrupt: Ctrl-C, after the step was finished and saved.
     """
     started = time.monotonic()
@@ -96,9 +97,9 @@ def train(
         seed_everything(full.seed, verbose=False)
         system = build_system(full, plan.grid, full.cameras)
         data = _data(full, shards, plan.scenes, system)
-        if not _helps():
-            open_folder(run, full, plan.scenes, overwrite=overwrite)
-        saving = _fit(system, data, run, plan.scenes, on_progress)
+        folder = open_folder(run, full, plan.scenes, overwrite=overwrite)
+        with nullcontext() if _helps() else folder:
+            saving = _fit(system, data, run, plan.scenes, on_progress)
     if _helps():
         return None
     return TrainSummary(
@@ -147,13 +148,10 @@ def _fit(
     scenes: Mapping[str, tuple[str, ...]],
     on_progress: Callable[[int, int], None] | None,
 ) -> Checkpoints:
-    settings, last, step = system.settings, run / LAST, 0
-    card = Card(settings, system.grid, system.cameras, data.train_set.step_s)
-    if last.exists():
-        there, content = read_checkpoint(last)
-        step = int(content["global_step"])
-        card = replace(card, epoch=there.epoch, batches=there.batches)
-        data.train_batches.epoch, data.train_batches.skip = card.epoch, card.batches
+    settings, last = system.settings, run / LAST
+    fresh = Card(settings, system.grid, system.cameras, data.train_set.step_s)
+    card, step = resumed_from(last, fresh)
+    data.train_batches.epoch, data.train_batches.skip = card.epoch, card.batches
     tell(Found(first_line(settings, data, scenes, run, step)))
     if not last.exists():
         _begin(system, data)
@@ -188,7 +186,7 @@ def _trainer(settings: TrainSettings, run: Path, step: int, callbacks: list[Call
         gradient_clip_val=settings.clip_norm or None,
         num_sanity_val_steps=1,
         log_every_n_steps=10,
-        logger=TensorBoardLogger(run, name="", version=TENSORBOARD, purge_step=step),
+        logger=Events(run / TENSORBOARD, step),
         callbacks=callbacks,
         plugins=[AtomicCheckpointIO()],
         default_root_dir=run,

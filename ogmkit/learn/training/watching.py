@@ -1,18 +1,18 @@
 """What a training keeps to look at: figures in a CSV file, pictures."""
 
-import csv
 from pathlib import Path
 
 import numpy as np
 import torch
 from lightning.pytorch import Callback, LightningModule, Trainer
-from lightning.pytorch.loggers import TensorBoardLogger
 from PIL import Image
 from torch import Tensor
 from torch.nn import functional
 
-from ogmkit.base.atomic import output_errors, replacing
+from ogmkit.base.atomic import replacing
+from ogmkit.learn.figures import Figure, append_figures, read_figures, write_figures
 from ogmkit.learn.systems.base import Batch, System
+from ogmkit.learn.training.events import Events
 
 _PANEL_HEIGHT = 200
 _PANELS = 4
@@ -28,15 +28,9 @@ class Metrics(Callback):
 
     def on_train_start(self, trainer: Trainer, pl_module: LightningModule) -> None:
         """Drop what a killed run wrote beyond the checkpoint that is resumed."""
-        if not trainer.is_global_zero:
-            return
-        rows = []
-        if self._path.exists():
-            with self._path.open(newline="", encoding="utf-8") as file:
-                rows = [row for row in csv.reader(file) if row[:1] != ["epoch"] and len(row) == 4]
-        kept = [row for row in rows if int(row[1]) <= trainer.global_step]
-        with output_errors(self._path), self._path.open("w", newline="", encoding="utf-8") as file:
-            csv.writer(file).writerows([("epoch", "step", "name", "value"), *kept])
+        if trainer.is_global_zero:
+            kept = (figure for figure in read_figures(self._path) if figure.step <= trainer.global_step)
+            write_figures(self._path, kept)
 
     def on_train_batch_end(
         self, trainer: Trainer, pl_module: LightningModule, outputs: object, batch: object, batch_idx: int
@@ -55,9 +49,8 @@ class Metrics(Callback):
             return
         place = trainer.current_epoch, trainer.global_step
         values = trainer.callback_metrics.items()
-        rows = [(*place, name, f"{float(value):.6g}") for name, value in values if name.startswith(prefix)]
-        with output_errors(self._path), self._path.open("a", newline="", encoding="utf-8") as file:
-            csv.writer(file).writerows(rows)
+        found = (Figure(*place, name, float(value)) for name, value in values if name.startswith(prefix))
+        append_figures(self._path, found)
 
 
 class Samples(Callback):
@@ -85,8 +78,8 @@ class Samples(Callback):
             rows = [_row([panel[i] for panel in pl_module.pictures(some)]) for i in range(len(some["index"]))]
         sheet = torch.cat(rows, dim=1).clamp(0, 1).cpu()
         for logger in trainer.loggers:
-            if isinstance(logger, TensorBoardLogger):
-                logger.experiment.add_image("samples", sheet, trainer.global_step)
+            if isinstance(logger, Events):
+                logger.log_picture("samples", sheet, trainer.global_step)
         _write_picture(self._path, sheet)
 
 

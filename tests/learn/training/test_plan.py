@@ -53,7 +53,8 @@ def test_a_folder_with_other_settings_is_refused_unless_it_is_to_be_overwritten(
     run = tmp_path / "run"
     first = training_settings("lstm-ed", lr=1e-2)
     plan = plan_training(first, learn_shards, run)
-    open_folder(run, plan.settings, plan.scenes, overwrite=False)
+    with open_folder(run, plan.settings, plan.scenes, overwrite=False):
+        pass
     before = {path.name: path.read_bytes() for path in run.iterdir()}
     plan_training(replace(first, epochs=7), learn_shards, run)
     other = replace(first, lr=1e-3)

@@ -1,14 +1,26 @@
 import csv
 import os
+import shutil
 import signal
+from dataclasses import replace
 
 import pytest
 import torch
 
-from ogmkit.errors import OutputError, SettingsError, ShardError, TrainingError
+from ogmkit.errors import (
+    CheckpointError,
+    OgmkitError,
+    OutputError,
+    SettingsError,
+    ShardError,
+    TrainingError,
+)
+from ogmkit.grid import GridSpec
 from ogmkit.learn.catalogue import CATALOGUE
 from ogmkit.learn.checkpoints import read_checkpoint
+from ogmkit.learn.runs import LOCK
 from ogmkit.learn.training.train import train
+from ogmkit.learn.yaml_files import as_yaml
 
 TINY = {"image_size": (64, 96), "encoder": "resnet18", "batch_size": 2, "limit_frames": 7, "lr": 1e-3}
 SYSTEMS = {
@@ -18,6 +30,10 @@ SYSTEMS = {
     "oft": {"channels": 16, "blocks": 1, "flip": 0.5},
     "bev-lidar": {"bev_cell_m": 1.0},
 }
+
+
+CAMERAS = ("CAM_BACK", "CAM_FRONT")
+GRID = GridSpec(0.5, 80, 60, 80.0, 34.0)
 
 
 class Crash(Exception):  # noqa: N818  # stands for a kill
@@ -179,5 +195,104 @@ def test_wrong_input_is_named_before_anything_is_written(tmp_path, learn_shards,
 def test_what_a_kill_left_of_a_training_that_had_just_begun_is_no_obstacle(tmp_path, learn_shards):
     run = tmp_path / "run"
     (run / "tensorboard").mkdir(parents=True)
-    (run / ".config.yaml.77.part").write_text("system: homo")
+    for name in (".config.yaml.77.part", ".last.ckpt.77.part", LOCK):
+        (run / name).write_text("system: homo")
     assert train(settings(epochs=1, max_steps=1), learn_shards, run).steps == 1
+    assert not [path.name for path in run.iterdir() if path.name.startswith(".")]
+
+
+def test_equal_trainings_give_equal_bytes(tmp_path, learn_shards):
+    for name in ("one", "other"):
+        train(settings("footprints", epochs=1), learn_shards, tmp_path / name)
+    for name in ("last.ckpt", "best.ckpt", "metrics.csv", "samples.png"):
+        assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "other" / name).read_bytes(), name
+
+
+def test_a_second_training_in_the_folder_is_refused(tmp_path, learn_shards):
+    run, refused = tmp_path / "run", []
+
+    def begin_another(done, total):
+        for overwrite in (False, True):
+            with pytest.raises(OutputError, match="another ogmkit command is writing here") as caught:
+                train(settings(epochs=1, max_steps=1), learn_shards, run, overwrite=overwrite)
+            refused.append(caught.value)
+
+    train(settings(epochs=1, max_steps=1), learn_shards, run, on_progress=begin_another)
+    assert len(refused) >= 2
+
+
+@pytest.mark.parametrize("name", ["tensorboard", "metrics.csv", "samples.png", "best.ckpt"])
+def test_what_can_t_be_written_is_named(tmp_path, learn_shards, name):
+    run = tmp_path / "run"
+    run.mkdir()
+    if name == "tensorboard":
+        (run / name).symlink_to("/proc")
+    else:
+        (run / name).mkdir()
+    (run / "config.yaml").write_text(as_yaml(replace(settings(epochs=1), cameras=CAMERAS)))
+    with pytest.raises((OutputError, CheckpointError), match=rf"{name}: can't be (written: |read \()"):
+        train(settings(epochs=1), learn_shards, run)
+
+
+@pytest.fixture(scope="module")
+def begun(tmp_path_factory, learn_shards):
+    """A training of one epoch; tests only read it."""
+    run = tmp_path_factory.mktemp("begun") / "run"
+    train(settings(epochs=1), learn_shards, run)
+    return run
+
+
+@pytest.fixture
+def resume(begun, learn_shards, tmp_path):
+    """Go on with a copy of the training in which a file was replaced."""
+
+    def go_on(name, content):
+        run = shutil.copytree(begun, tmp_path / "run")
+        (run / name).unlink()
+        (run / name).write_bytes(content)
+        return train(settings(epochs=2, max_steps=5), learn_shards, run)
+
+    return go_on
+
+
+def test_a_last_checkpoint_that_is_no_training_s_own_is_refused(
+    tmp_path, learn_shards, begun, resume, make_run
+):
+    foreign = make_run(tmp_path / "ved", "ved", GRID, CAMERAS) / "best.ckpt"
+    other = tmp_path / "other"
+    train(settings(epochs=1, max_steps=1, lr=0.1), learn_shards, other)
+    for content, message in (
+        ((begun / "best.ckpt").read_bytes(), "holds weights alone, as best.ckpt does; .*--overwrite"),
+        (foreign.read_bytes(), "is of ved, not of homography"),
+        ((other / "last.ckpt").read_bytes(), "is another training's: lr is 0.001 here but 0.1 there"),
+    ):
+        with pytest.raises(CheckpointError, match=rf"last\.ckpt: {message}"):
+            resume("last.ckpt", content)
+        shutil.rmtree(tmp_path / "run")
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("splits.json", b'{"train": [1], "val": []}', "'train' is not a list of scene names"),
+        ("splits.json", b"[" * 100_000, "is not JSON"),
+        ("splits.json", b'{"train": ["scene-0001"]}', "a training on other scenes exists"),
+        ("config.yaml", b"[" * 100_000, "nested too deeply"),
+        ("config.yaml", b"lr: " + b"9" * 400, "a training with other settings exists"),
+        ("metrics.csv", b"epoch,step,name,value\n0,1,val/loss,many\n", "is damaged"),
+        ("metrics.csv", b"epoch,step,name,value\n0,1\n", "is damaged"),
+        ("metrics.csv", b"epoch,step,name,value\n0,\xff,a,1\n", "is damaged"),
+        ("metrics.csv", b"\0" * 100 + b"\n", "is damaged"),
+    ],
+)
+def test_odd_files_of_a_run_are_named(resume, name, content, message):
+    with pytest.raises(OgmkitError, match=message):
+        resume(name, content)
+
+
+def test_a_figure_that_was_cut_short_is_dropped(resume, begun, tmp_path):
+    whole = (begun / "metrics.csv").read_bytes()
+    resume("metrics.csv", whole + b"1,2,val/lo")
+    found = (tmp_path / "run" / "metrics.csv").read_bytes()
+    assert found.startswith(whole)
+    assert b"val/lo" not in found.replace(b"val/loss", b"")
