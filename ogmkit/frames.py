@@ -23,8 +23,8 @@ class Boxes:
         category: M full category names, such as `vehicle.car`.
         global_from_box: (M, 4, 4) float64; the origin is the box's centre, x its front.
         size_wlh: (M, 3) float64, width, length, height in metres.
-        visibility: (M,) uint8, 1 to 4 as nuScenes' visibility tokens, 0 = unknown.
-        num_lidar_pts: (M,) int64.
+        visibility: (M,) uint8, 1 to 4 as nuScenes' levels, 0 = unknown.
+        num_lidar_pts: (M,) int64; −1 where the dataset doesn't say.
     """
 
     annotation_token: tuple[str, ...]

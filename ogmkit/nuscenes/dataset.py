@@ -45,6 +45,7 @@ class Dataset:
         try:
             for table in EDGE_TABLES:
                 self._tables.load(table)
+            self._tables.load_optional("visibility")
             prepare(self._tables)
         except BaseException:
             self._tables.close()

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ogmkit.frames import Boxes, FrameRecord, LidarRecord, neighbours
 from ogmkit.geometry.se3 import pose_matrix
 from ogmkit.nuscenes.tables import Tables, stacked
+from ogmkit.nuscenes.visibility import BY_TOKEN
 from ogmkit.typing import FloatArray
 
 _IMAGES = """
@@ -21,13 +22,14 @@ WHERE k.scene = ? AND k.channel = ?
 ORDER BY k.sample_timestamp
 """
 # A sample's annotations in file order, as the devkit lists them.
-_ANNOTATIONS = """
+_ANNOTATIONS = f"""
 SELECT a.token, a.sample_token, a.instance_token, c.name AS category, a.translation, a.rotation, a.size,
-       a.visibility_token, a.num_lidar_pts
+       coalesce(v.number, 0) AS visibility, coalesce(a.num_lidar_pts, -1) AS num_lidar_pts
 FROM sample_annotation a
 JOIN sample s ON s.token = a.sample_token
 JOIN instance i ON i.token = a.instance_token
 JOIN category c ON c.token = i.category_token
+LEFT JOIN {BY_TOKEN} v ON v.token = a.visibility_token
 WHERE a.scene_row = (SELECT rowid FROM scene WHERE token = ?)
 ORDER BY s.timestamp, a.rowid
 """
@@ -60,7 +62,7 @@ def read_boxes(tables: Tables, scene_token: str) -> dict[str, Boxes]:
         category=tuple(rows["category"]),
         global_from_box=pose_matrix(stacked(rows["translation"], (3,)), stacked(rows["rotation"], (4,))),
         size_wlh=stacked(rows["size"], (3,)),
-        visibility=np.array([int(level or 0) for level in rows["visibility_token"]], dtype=np.uint8),
+        visibility=rows["visibility"].astype(np.uint8),
         num_lidar_pts=rows["num_lidar_pts"].astype(np.int64),
     )
     sample_tokens, inverse = np.unique(rows["sample_token"].astype(str), return_inverse=True)

@@ -40,10 +40,15 @@ def rules(*, complete: bool) -> tuple[Rule, ...]:
         Rule("R301", "rotation is not a unit quaternion", _CORRECT, rules_values.QUATERNIONS),
         Rule("R302", "translation is not finite or beyond all maps", _CORRECT, rules_values.TRANSLATIONS),
         Rule("R303", "box size is not positive or immense", _CORRECT, rules_values.BOX_SIZES),
-        Rule("R304", "visibility is unknown to nuScenes", _CORRECT, rules_values.VISIBILITIES),
         Rule("R305", "intrinsics are singular", _CORRECT, rules_values.INTRINSICS),
-        Rule("R306", "image size is out of range", _CORRECT, rules_values.IMAGE_SIZES),
+        Rule("R306", "image size is missing or out of range", _CORRECT, rules_values.IMAGE_SIZES),
         Rule("R307", "timestamp is not positive", _CORRECT, rules_values.TIMESTAMPS),
+        Rule(
+            "R308",
+            "timestamp is not in microseconds",
+            "convert all timestamps to integer microseconds",
+            rules_values.TIME_UNITS,
+        ),
         Rule("R401", "chain of key frames is broken or cyclic", _CORRECT, rules_links.CHAINS),
         Rule("R402", "key frame lacks a sensor or has it twice", _CORRECT, rules_links.SENSORS),
         Rule("R403", "time runs backwards", _CORRECT, rules_links.TIMES),
@@ -65,6 +70,12 @@ def rules(*, complete: bool) -> tuple[Rule, ...]:
             rules_values.LISTED_LOGS,
         ),
         Rule("R605", "attribute is unknown", "harmless: not used here", rules_values.LISTED_ATTRIBUTES),
+        Rule(
+            "R607",
+            "visibility has no known level",
+            "harmless: unknown visibility passes every filter",
+            rules_values.VISIBILITIES,
+        ),
     )
 
 

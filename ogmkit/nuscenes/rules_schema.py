@@ -50,10 +50,11 @@ def _names(complete: bool) -> tuple[str, ...]:
 
 
 def _checked(table: str) -> tuple[Column, ...]:
-    return tuple(column for column in TABLES[table] if not column.edge)
+    return tuple(column for column in TABLES[table] if not column.edge and not column.optional)
 
 
 def _nulls(table: str, chosen: Sequence[Column]) -> str:
+    chosen = [column for column in chosen if not column.optional]
     named = ", ".join(f"CASE WHEN {c.name} IS NULL THEN '{c.name}' END" for c in chosen)
     condition = " OR ".join(f"{c.name} IS NULL" for c in chosen)
     return (

@@ -2,11 +2,13 @@
 
 from ogmkit.nuscenes.paths import MAX_NAME_BYTES, UNSAFE_NAME, UNSAFE_PATH
 from ogmkit.nuscenes.uses import Query, unused, used
+from ogmkit.nuscenes.visibility import BY_TOKEN
 
 _UNIT_TOLERANCE = 1e-3
 _MAX_IMAGE_SIDE_PX = 65_535
 _MAX_TRANSLATION_M = 1e8
 _MAX_BOX_SIDE_M = 1e4
+_FIRST_DATE, _LAST_DATE = 0.9, 3.0  # 1998 and 2065, in thousand million seconds
 _POSED = ("ego_pose", "calibrated_sensor", "sample_annotation")
 
 
@@ -56,16 +58,30 @@ BOX_SIZES = (
     ),
 )
 VISIBILITIES = (
-    _unsound(
+    unused(
         "sample_annotation",
-        "visibility_token",
-        "visibility_token IN ('', '1', '2', '3', '4')",
-        "is neither empty nor a level from 1 to 4",
+        "SELECT a.token AS record, 'visibility_token ''' || a.visibility_token || ''' ' || CASE "
+        "WHEN v.token IS NULL THEN 'is not in visibility.json' "
+        "ELSE 'stands for level ' || coalesce('''' || v.level || '''', 'null') END AS detail "
+        f"FROM sample_annotation a LEFT JOIN {BY_TOKEN} v ON v.token = a.visibility_token "
+        "WHERE a.visibility_token <> '' AND coalesce(v.number, 0) = 0",
     ),
 )
 TIMESTAMPS = tuple(
     _unsound(table, "timestamp", "timestamp > 0", "is not a positive number of microseconds")
     for table in ("sample", "sample_data")
+)
+_OTHER_UNITS = {"seconds": 1e9, "milliseconds": 1e12, "nanoseconds": 1e18}
+"""Unit → how many of it make a thousand million seconds."""
+TIME_UNITS = tuple(
+    _unsound(
+        table,
+        "timestamp",
+        f"NOT (timestamp >= {_FIRST_DATE * size:.0f} AND timestamp < {_LAST_DATE * size:.0f})",
+        f"is in {unit} by its size, not in microseconds",
+    )
+    for table in ("sample", "sample_data")
+    for unit, size in _OTHER_UNITS.items()
 )
 
 
@@ -92,7 +108,7 @@ IMAGE_SIZES = (
     _of_cameras(
         "sample_data",
         "calibrated_sensor_token",
-        "'image size ' || t.width || ' × ' || t.height",
+        "'image size ' || coalesce(t.width::VARCHAR, 'null') || ' × ' || coalesce(t.height::VARCHAR, 'null')",
         " AND ".join(f"t.{side} BETWEEN 1 AND {_MAX_IMAGE_SIDE_PX}" for side in ("width", "height")),
         f"is not between 1 and {_MAX_IMAGE_SIDE_PX} pixels a side",
     ),

@@ -20,6 +20,7 @@ class Column:
         refers_to: the table whose tokens it holds; None for plain values.
         may_be_empty: an empty string stands for "none" (ends of prev/next chains).
         edge: frame records are made from it; the other columns are read by `ogmkit check` alone.
+        optional: it may be absent or null.
     """
 
     name: str
@@ -27,16 +28,20 @@ class Column:
     refers_to: str | None = None
     may_be_empty: bool = False
     edge: bool = True
+    optional: bool = False
 
 
-def _checked(name: str, type: str = TOKEN, refers_to: str | None = None) -> Column:
+def _checked(name: str, type: str = TOKEN, refers_to: str | None = None, *, optional: bool = False) -> Column:
     """A column that only `ogmkit check` reads."""
-    return Column(name, type, refers_to, edge=False)
+    return Column(name, type, refers_to, edge=False, optional=optional)
 
 
-def _links(table: str, *, edge: bool) -> tuple[Column, ...]:
+def _links(table: str, *, edge: bool, optional: bool = False) -> tuple[Column, ...]:
     """`prev` and `next` within a table."""
-    return tuple(Column(name, TOKEN, table, may_be_empty=True, edge=edge) for name in ("prev", "next"))
+    return tuple(
+        Column(name, TOKEN, table, may_be_empty=True, edge=edge, optional=optional)
+        for name in ("prev", "next")
+    )
 
 
 _TOKEN = Column("token")
@@ -86,8 +91,8 @@ TABLES: dict[str, tuple[Column, ...]] = {
         Column("calibrated_sensor_token", TOKEN, "calibrated_sensor"),
         Column("timestamp", "BIGINT"),
         Column("is_key_frame", "BOOLEAN"),
-        Column("height", "BIGINT"),
-        Column("width", "BIGINT"),
+        Column("height", "BIGINT", optional=True),  # but of cameras: a rule on image sizes
+        Column("width", "BIGINT", optional=True),
         Column("filename"),
         _checked("fileformat"),
         *_links("sample_data", edge=False),
@@ -105,20 +110,20 @@ TABLES: dict[str, tuple[Column, ...]] = {
         _TOKEN,
         Column("sample_token", TOKEN, "sample"),
         Column("instance_token", TOKEN, "instance"),
-        Column("visibility_token"),
+        Column("visibility_token", optional=True),
         *_POSE,
         Column("size", VECTOR),
-        Column("num_lidar_pts", "BIGINT"),
-        _checked("num_radar_pts", "BIGINT"),
-        _checked("attribute_tokens", "VARCHAR[]"),
-        *_links("sample_annotation", edge=False),
+        Column("num_lidar_pts", "BIGINT", optional=True),
+        _checked("num_radar_pts", "BIGINT", optional=True),
+        _checked("attribute_tokens", "VARCHAR[]", optional=True),
+        *_links("sample_annotation", edge=False, optional=True),
     ),
     "attribute": (_TOKEN, _checked("name"), _checked("description")),
-    "visibility": (_TOKEN, _checked("level"), _checked("description")),
+    "visibility": (_TOKEN, Column("level"), _checked("description")),
 }
 
 EDGE_TABLES = tuple(name for name in TABLES if name not in ("attribute", "visibility"))
-"""The tables that frame records are made from."""
+"""The tables that frame records can't be made without."""
 
 
 def columns(table: str, *, complete: bool) -> tuple[Column, ...]:

@@ -132,6 +132,13 @@ class Tables:
         except _UNREADABLE as error:
             raise TableError(f"{path}: no sound JSON ({_reason(error)}); {_REMEDY}") from error
 
+    def load_optional(self, table: str) -> None:
+        """Read a table that records can do without; one that can't be read has no rows."""
+        try:
+            self.load(table)
+        except TableError:
+            self.load_empty(table)
+
     def load_empty(self, table: str) -> None:
         """Put a table without rows in the place of one that can't be read."""
         listed = ", ".join(

@@ -32,7 +32,10 @@ def _tables():
             for name in ("vehicle.car", "human.pedestrian.adult")
         ],
         "attribute": [{"token": "attribute-1", "name": "vehicle.moving", "description": ""}],
-        "visibility": [{"token": str(i), "level": "", "description": ""} for i in (1, 2, 3, 4)],
+        "visibility": [
+            {"token": str(i), "level": level, "description": ""}
+            for i, level in enumerate(("v0-40", "v40-60", "v60-80", "v80-100"), 1)
+        ],
     }
     names = (
         "scene",

@@ -69,6 +69,7 @@ def test_a_record_that_many_frames_use_counts_once(small_root, damage):
         ("map", "map-1", {"log_tokens": ["log-1", "gone"]}, "R604"),
         ("sample_annotation", "annotation-1-2-vehicle.car", {"attribute_tokens": ["gone"]}, "R605"),
         ("visibility", "4", {"level": None}, "R201"),
+        ("sample_annotation", "annotation-1-2-vehicle.car", {"visibility_token": "5"}, "R607"),
     ],
 )
 def test_rules_beyond_what_frames_use(small_root, damage, table, token, values, rule):

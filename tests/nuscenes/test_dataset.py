@@ -8,6 +8,7 @@ import pytest
 from pyquaternion import Quaternion
 
 from ogmkit.errors import SettingsError
+from ogmkit.nuscenes.check import check_dataset
 from ogmkit.nuscenes.dataset import Dataset
 
 
@@ -218,3 +219,58 @@ def test_overview_counts_scenes_and_images_present(small_root):
     assert (first.name, first.location, first.frames, first.boxes) == ("scene-0001", "boston-seaport", 8, 16)
     assert (first.cameras, first.images, first.images_present) == (("CAM_BACK", "CAM_FRONT"), 16, 15)
     assert (second.frames, second.boxes, second.images, second.images_present) == (3, 6, 6, 6)
+
+
+def test_visibility_is_what_the_key_stands_for(make_dataset, tmp_path, edit_table):
+    root = tmp_path / "root"
+    make_dataset(root)
+    levels = {"9f": "Full", "1": "most", "zz": "v40-60", "2": "v0-40", "odd": "somewhat"}
+    edit_table(root, "visibility", lambda rows: [{"token": key, "level": levels[key]} for key in levels])
+    given = ["2", "9f", "odd", "1", "absent", "zz", "", None]
+
+    def change(rows):
+        for number, row in enumerate(rows):
+            row["visibility_token"] = given[number % len(given)]
+
+    edit_table(root, "sample_annotation", change)
+    expected = dict(zip(given, [1, 4, 0, 3, 0, 2, 0, 0], strict=True))
+    with Dataset(root) as dataset:
+        frames = dataset.scene("scene-0001", ["CAM_FRONT"]).cameras["CAM_FRONT"]
+    path = next(root.glob("v1.0-*/sample_annotation.json"))
+    tokens = {row["token"]: row["visibility_token"] for row in json.loads(path.read_text(encoding="utf-8"))}
+    found = {
+        token: level
+        for frame in frames
+        for token, level in zip(frame.boxes.annotation_token, frame.boxes.visibility.tolist(), strict=True)
+    }
+
+    assert len(set(found.values())) == 5
+    assert found == {token: expected[tokens[token]] for token in found}
+    (finding,) = (finding for finding in check_dataset(root) if finding.rule == "R607")
+    assert finding.severity == "warning"
+    assert finding.count == sum(key in ("odd", "absent") for key in tokens.values())
+
+
+def test_optional_columns_may_be_absent(make_dataset, tmp_path, edit_table):
+    root = tmp_path / "root"
+    make_dataset(root)
+    optional = ["visibility_token", "num_lidar_pts", "num_radar_pts", "attribute_tokens", "prev", "next"]
+    edit_table(
+        root,
+        "sample_annotation",
+        lambda rows: [{key: row[key] for key in row if key not in optional} for row in rows],
+    )
+
+    def change(rows):
+        for row in rows:
+            if "/CAM_" not in row["filename"]:
+                row["width"] = row["height"] = None
+
+    edit_table(root, "sample_data", change)
+    with Dataset(root) as dataset:
+        boxes = dataset.scene("scene-0001", ["CAM_FRONT"], lidar=True).cameras["CAM_FRONT"][2].boxes
+
+    assert len(boxes)
+    assert set(boxes.visibility.tolist()) == {0}
+    assert set(boxes.num_lidar_pts.tolist()) == {-1}
+    assert "R201" not in {finding.rule for finding in check_dataset(root)}
