@@ -31,6 +31,7 @@ COMMANDS = {
     "run": "Run the whole chain: shards, networks, both tables.",
     "export": "Export a trained network to ONNX.",
     "preview": "Draw contact sheets of extracted frames.",
+    "cache": "Show or clear the cache of decoded map masks.",
 }
 """Commands in the order of work, with the first sentence of each one's help (a test compares them)."""
 

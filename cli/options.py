@@ -127,7 +127,7 @@ workers_option = click.option(
 cache_dir_option = click.option(
     "--cache-dir",
     type=FOLDER,
-    help="Folder for decoded map masks.  [default: the user's cache folder]",
+    help="Folder for decoded map masks.  [default: OGMKIT_CACHE_DIR, else the user's cache folder]",
 )
 
 json_option = click.option(
