@@ -7,7 +7,7 @@ import click
 from .command import Command
 from .options import dataroot_argument, json_option, version_option
 from .progress import progress
-from .text import json_text
+from .text import json_text, lines_text
 
 
 @click.command(
@@ -42,9 +42,7 @@ def command(dataroot: Path, version: str | None, as_json: bool, strict: bool) ->
     else:
         for finding in findings:
             click.echo(f"{finding.rule} {finding.severity}: {finding.title} ({finding.count:,}×)")
-            for example in finding.examples:
-                click.echo(f"    {example}")
-            click.echo(f"    → {finding.remedy}")
+            click.echo(lines_text(f"    {line}" for line in (*finding.examples, f"→ {finding.remedy}")))
         click.echo(f"{dataroot}: rules broken: {errors} with errors, {warnings} with warnings")
     if errors or (strict and warnings):
         raise click.exceptions.Exit(1)

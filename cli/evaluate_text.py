@@ -5,6 +5,8 @@ from __future__ import annotations
 import textwrap
 from typing import TYPE_CHECKING
 
+from .text import one_line
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -18,7 +20,7 @@ _NAME_WIDTH = 12
 
 def report_text(report: Report) -> str:
     """All tables, between heading and explanations."""
-    return "".join(f"{line}\n" for line in _lines(report))
+    return "".join(f"{one_line(line)}\n" for line in _lines(report))
 
 
 def _lines(report: Report) -> Iterator[str]:

@@ -11,7 +11,7 @@ import click
 from .command import Command
 from .options import json_option, version_option
 from .paths import EXISTING
-from .text import json_text
+from .text import json_text, lines_text
 
 if TYPE_CHECKING:
     from ogmkit.shards.reader import Shard
@@ -51,7 +51,8 @@ def command(path: Path, version: str | None, as_json: bool) -> None:
         return
     from .inspect_text import WRITERS
 
-    click.echo("\n".join(WRITERS[kind](held)))
+    for part in WRITERS[kind](held):
+        click.echo(lines_text(part.split("\n")))
 
 
 def _kind(path: Path) -> str:

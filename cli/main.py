@@ -1,8 +1,12 @@
 """The `ogmkit` command: a Click group that imports a command only when it is called."""
 
 import importlib
+import os
+import shlex
 import signal
 import sys
+import tempfile
+import traceback
 from typing import Any
 
 import click
@@ -46,6 +50,12 @@ class Failure(click.ClickException):
     def show(self, file: object = None) -> None:
         """Write the line to stderr, whatever stream Click offers."""
         click.echo(f"ogmkit: {one_line(self.message)}", err=True)
+
+
+class Unexpected(Failure):
+    """An error of ogmkit's own, not of its input."""
+
+    exit_code = os.EX_SOFTWARE
 
 
 class Interrupted(Failure):
@@ -102,6 +112,12 @@ class LazyGroup(SuggestingGroup):
         except click.ClickException as error:
             LOG.error(one_line(error.format_message()))
             raise
+        except (click.exceptions.Exit, click.Abort):
+            raise
+        except Exception as error:
+            failure = Unexpected(_unexpected(error))
+            LOG.error(one_line(failure.message))
+            raise failure from error
 
 
 def _failure(error: BaseException, command: str | None) -> Failure:
@@ -111,6 +127,20 @@ def _failure(error: BaseException, command: str | None) -> Failure:
     if isinstance(error, MemoryError):
         return Failure("error: out of memory; try fewer --workers or a smaller grid")
     return Failure(f"error: {error}")
+
+
+def _unexpected(error: Exception) -> str:
+    """The line that tells of an error nobody foresaw, and of the file that keeps its traceback."""
+    what = f"internal error: {type(error).__name__}: {error}"
+    lines = (f"ogmkit {__version__}: {shlex.join(sys.argv[1:])}\n", *traceback.format_exception(error))
+    try:
+        with tempfile.NamedTemporaryFile(
+            "w", prefix="ogmkit-", suffix=".txt", delete=False, encoding="utf-8", errors="backslashreplace"
+        ) as file:
+            file.writelines(lines)
+    except OSError as refused:
+        return f"{what}; its traceback can't be kept ({refused.strerror})"
+    return f"{what}; please report it with its traceback, kept in {file.name}"
 
 
 def _interrupted(command: str | None) -> str:

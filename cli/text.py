@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, is_dataclass
 
 from ogmkit.base.names import with_number
@@ -36,6 +36,11 @@ def one_line(text: str) -> str:
     return "".join(shown)
 
 
+def lines_text(lines: Iterable[str]) -> str:
+    """Lines, each without line breaks or control characters of its own."""
+    return "\n".join(map(one_line, lines))
+
+
 def json_text(content: object) -> str:
     """One JSON document, in ASCII: records as objects, numbers that aren't finite as null."""
     return json.dumps(_plain(content), indent=2, allow_nan=False)
@@ -54,4 +59,4 @@ def _plain(value: object) -> object:
 
 
 def _shown(value: object) -> str:
-    return f"{value:,}" if isinstance(value, int) else str(value)
+    return f"{value:,}" if isinstance(value, int) else one_line(str(value))

@@ -78,8 +78,8 @@ def _configured(context: click.Context, parameter: click.Parameter, path: Path |
         require_read(entry, values)
     except SettingsError as error:
         raise SettingsError(f"{path}: {error}") from error
-    entry.settings.from_values(values, str(path))
-    context.default_map = {name: value for name, value in values.items() if value is not None}
+    settings = entry.settings.from_values(values, str(path))
+    context.default_map = {name: getattr(settings, name) for name in values if values[name] is not None}
 
 
 def system_command(entry: SystemEntry) -> TrainCommand:

@@ -7,7 +7,7 @@ import click
 from .command import Command
 from .options import json_option, shards_argument
 from .progress import progress
-from .text import json_text
+from .text import json_text, lines_text
 
 
 @click.command(
@@ -34,8 +34,7 @@ def command(shards: Path, as_json: bool) -> None:
     if as_json:
         click.echo(json_text({"shards": shards, "sound": not problems, "problems": problems}))
     elif problems:
-        for problem in problems:
-            click.echo(f"{problem.file}: {problem.message}")
+        click.echo(lines_text(f"{problem.file}: {problem.message}" for problem in problems))
     else:
         click.echo(f"{shards}: sound")
     if problems:

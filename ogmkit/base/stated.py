@@ -14,6 +14,8 @@ from ogmkit.errors import SettingsError
 
 _KEY = "ogmkit"
 """Of a field's metadata."""
+_TOO_LARGE = 1 << 63
+"""The first whole number that neither arrays nor torch can count to."""
 
 
 @dataclass(frozen=True)
@@ -102,6 +104,8 @@ def choices_of(hint: Any) -> tuple[str, ...]:  # noqa: ANN401  # an annotation
 
 
 def _require_range(name: str, number: float, stated: Stated) -> None:
+    if isinstance(number, int) and abs(number) >= _TOO_LARGE:
+        raise SettingsError(f"{name}: a number of {len(str(abs(number)))} digits is too large")
     if stated.low is not None and not number >= stated.low:
         raise SettingsError(f"{name}: {number} is below {stated.low:g}")
     if stated.above is not None and not number > stated.above:

@@ -1,6 +1,7 @@
 """Values of a YAML file as fields of frozen dataclasses, each of the kind that its annotation says."""
 
 import dataclasses
+import reprlib
 from collections.abc import Mapping
 from pathlib import Path
 from types import NoneType, UnionType
@@ -10,6 +11,11 @@ from ogmkit.base.names import unknown
 from ogmkit.errors import SettingsError
 
 Record = TypeVar("Record")
+
+_SHOWN = reprlib.Repr()
+"""Values in messages: YAML's references make long ones of short files."""
+_SHOWN.maxstring = _SHOWN.maxother = _SHOWN.maxlong = 100
+_SHOWN.maxlevel = 2
 
 _KINDS: Mapping[Any, str] = {
     bool: "true or false",
@@ -84,7 +90,9 @@ def converted(value: object, hint: Any, where: str) -> Any:  # noqa: ANN401  # a
         return converted(value, hint, where)
     if origin is Literal:
         if value not in inner:
-            raise SettingsError(f"{where}: {unknown('value', str(value), inner)}")
+            raise SettingsError(
+                f"{where}: {unknown('value', value if isinstance(value, str) else _SHOWN.repr(value), inner)}"
+            )
         return value
     if origin is tuple:
         return _converted_list(value, inner, where)
@@ -93,11 +101,11 @@ def converted(value: object, hint: Any, where: str) -> Any:  # noqa: ANN401  # a
 
 def _converted_list(value: object, inner: tuple[Any, ...], where: str) -> tuple[Any, ...]:
     if not isinstance(value, list | tuple):
-        raise SettingsError(f"{where}: {value!r} is not {_KINDS[tuple]}")
+        raise SettingsError(f"{where}: {_SHOWN.repr(value)} is not {_KINDS[tuple]}")
     if Ellipsis in inner:
         return tuple(converted(one, inner[0], where) for one in value)
     if len(value) != len(inner):
-        raise SettingsError(f"{where}: {list(value)} is not a list of {len(inner)}")
+        raise SettingsError(f"{where}: {_SHOWN.repr(list(value))} is not a list of {len(inner)}")
     return tuple(converted(one, hint, where) for one, hint in zip(value, inner, strict=True))
 
 
@@ -111,7 +119,7 @@ def _converted_scalar(value: object, hint: Any, where: str) -> Any:  # noqa: ANN
             return Path(value)
     elif isinstance(value, hint) and (hint is bool or not isinstance(value, bool)):
         return value
-    raise SettingsError(f"{where}: {value!r} is not {_KINDS[hint]}")
+    raise SettingsError(f"{where}: {_SHOWN.repr(value)} is not {_KINDS[hint]}")
 
 
 def _number(value: object) -> float | None:
@@ -120,5 +128,5 @@ def _number(value: object) -> float | None:
         return None
     try:
         return float(value)
-    except ValueError:
+    except (ValueError, OverflowError):  # a whole number may exceed all floats
         return None

@@ -39,12 +39,18 @@ def report_of(evaluation: Evaluation | PlanEvaluation, all_tables: bool = True) 
 
 
 def as_csv(evaluation: Evaluation | PlanEvaluation) -> str:
-    """A line of keys, then a line for every figure, whatever tables show; what is undefined is left empty."""
+    """A line of keys, then a line for every figure, whatever tables show; what is undefined is left empty.
+
+    Text that a spreadsheet would take for a formula has an apostrophe before it.
+    """
     text = io.StringIO()
     kind = Figure if isinstance(evaluation, Evaluation) else PlanFigure
     writer = csv.DictWriter(text, [field.name for field in fields(kind)], lineterminator="\n")
     writer.writeheader()
-    writer.writerows(_records(evaluation))
+    writer.writerows(
+        {key: _safe(value) if isinstance(value, str) else value for key, value in record.items()}
+        for record in _records(evaluation)
+    )
     return text.getvalue()
 
 
@@ -81,6 +87,11 @@ def _records(evaluation: Evaluation | PlanEvaluation) -> Iterator[dict[str, Any]
             key: None if isinstance(value, float) and math.isnan(value) else value
             for key, value in values.items()
         }
+
+
+def _safe(text: str) -> str:
+    """Text that spreadsheets don't take for a formula: an apostrophe before it marks it as text."""
+    return f"'{text}" if text.startswith(("=", "+", "-", "@", "\t")) else text
 
 
 def _markdown_lines(table: Table) -> Iterator[str]:

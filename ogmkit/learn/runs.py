@@ -111,9 +111,8 @@ def _require_same(run: Path, settings: TrainSettings, scenes: Mapping[str, tuple
             f"{run}: a training with other settings exists: {', '.join(different)}; "
             "use --overwrite or another --out"
         )
-    if (run / SPLITS).is_file():
-        if read_split_file(run / SPLITS) != dict(scenes):
-            raise OutputError(f"{run}: a training on other scenes exists; use --overwrite or another --out")
+    if (run / SPLITS).is_file() and read_split_file(run / SPLITS) != dict(scenes):
+        raise OutputError(f"{run}: a training on other scenes exists; use --overwrite or another --out")
 
 
 def _clear(run: Path) -> None:

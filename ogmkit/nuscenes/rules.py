@@ -55,6 +55,7 @@ def rules(*, complete: bool) -> tuple[Rule, ...]:
         Rule("R501", "file name leaves the dataset", _CORRECT, rules_values.FILE_NAMES),
         Rule("R502", "scene name is not a unique, valid file name", _CORRECT, rules_values.SCENE_NAMES),
         Rule("R503", "scene has no map of its own", _CORRECT, rules_values.MAPS),
+        Rule("R504", "channel is not a valid file name", _CORRECT, rules_values.CHANNELS),
     )
     if not complete:
         return edge

@@ -122,13 +122,15 @@ FILE_NAMES = tuple(
     )
     for table in ("sample_data", "map")
 )
+
+
+def _file_names(table: str, column: str) -> Query:
+    sound = f"NOT regexp_matches({column}, '{UNSAFE_NAME}') AND strlen({column}) <= {MAX_NAME_BYTES}"
+    return _unsound(table, column, sound, "cannot be a file name")
+
+
 SCENE_NAMES = (
-    _unsound(
-        "scene",
-        "name",
-        f"NOT regexp_matches(name, '{UNSAFE_NAME}') AND strlen(name) <= {MAX_NAME_BYTES}",
-        "cannot be a file name",
-    ),
+    _file_names("scene", "name"),
     _unsound(
         "scene",
         "name",
@@ -137,6 +139,7 @@ SCENE_NAMES = (
         "stands for several scenes (upper and lower case count as equal)",
     ),
 )
+CHANNELS = (_file_names("sensor", "channel"),)
 MAPS = (
     used(
         "scene",

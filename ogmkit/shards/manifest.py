@@ -130,7 +130,7 @@ def read_json(path: Path) -> dict[str, Any]:
         raise ShardError(
             f"{path}: can't be read ({error.strerror}); choose a folder that `ogmkit extract` finished"
         ) from error
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise ShardError(f"{path}: is damaged ({error}); remove it and run `ogmkit extract` again") from error
     if not isinstance(content, dict):
         raise ShardError(f"{path}: is damaged (no JSON object); remove it and run `ogmkit extract` again")

@@ -4,6 +4,7 @@ import errno
 import os
 import subprocess
 import sys
+import tempfile
 
 import click
 import pytest
@@ -73,8 +74,25 @@ def test_a_message_with_line_breaks_and_control_characters_stays_one_harmless_li
     assert result.stderr == "ogmkit: error: scene name \\x1b[31m é\\udc80\n"
 
 
-def test_a_programming_error_is_not_hidden(run_raising):
-    assert isinstance(run_raising(ZeroDivisionError("bug")).exception, ZeroDivisionError)
+def test_an_error_nobody_foresaw_is_one_line_and_its_traceback_is_kept(run_raising, tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    result = run_raising(ZeroDivisionError("a bug \x1b[31m"))
+
+    (kept,) = tmp_path.iterdir()
+    assert (result.exit_code, result.stdout) == (70, "")
+    assert result.stderr == (
+        "ogmkit: internal error: ZeroDivisionError: a bug \\x1b[31m; please report it with its traceback, "
+        f"kept in {kept}\n"
+    )
+    assert "in command" in kept.read_text()
+
+
+def test_a_traceback_that_can_t_be_kept_is_said(run_raising, tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "absent"))
+    result = run_raising(ZeroDivisionError("bug"))
+
+    assert result.exit_code == 70
+    assert result.stderr.endswith("bug; its traceback can't be kept (No such file or directory)\n")
 
 
 def test_a_closed_pipe_ends_quietly(run_raising):
@@ -133,6 +151,7 @@ def test_help_of_the_group_and_of_each_command_imports_nothing_heavy(name):
     allowed = {"numpy"} if name in ("extract", "synthesize") else set()
     code = f"""
 import sys
+import tempfile
 from ogmkit_cli.main import main
 for arguments in (["--help"], [{name!r}, "--help"]):
     main(arguments, standalone_mode=False)

@@ -142,6 +142,10 @@ def pickled(folder):
         (config_with("kl_weight: 3"), "config.yaml: kl_weight: homography does not read it; ved does"),
         (config_with("- 3"), "not a mapping"),
         (config_with("a: [b"), "not YAML"),
+        (config_with("[" * 9000), "nested too deeply"),
+        (config_with("epochs: " + "9" * 400), "config.yaml: epochs: a number of 400 digits is too large"),
+        (config_with("lr: " + "9" * 400), "config.yaml: lr: 9{40}.* is not a number"),
+        (config_with("epochs: " + "9" * 5000), "not YAML"),
     ],
 )
 def test_bad_input_takes_one_line(shards, tmp_path, spoil, message, complaints):

@@ -109,6 +109,15 @@ def test_csv_holds_the_same_figures(evaluation):
             assert value == two[key]
 
 
+@pytest.mark.parametrize("sign", "=+-@\t")
+def test_text_that_a_spreadsheet_would_run_is_marked_as_text(evaluation, sign):
+    name = f"{sign}cmd|'/c calc'!A1"
+    figure = replace(evaluation.figures[0], system=name, value=-0.5)
+    (found,) = csv.DictReader(io.StringIO(as_csv(replace(evaluation, figures=(figure,))), newline=""))
+
+    assert (found["system"], found["value"]) == (f"'{name}", "-0.5")
+
+
 def test_the_headline_is_the_foreground_over_all_cells_without_intervals(evaluation):
     report = report_of(evaluation, all_tables=False)
 

@@ -70,7 +70,7 @@ def test_the_best_checkpoint_of_a_run_is_taken(tmp_path):
 def test_a_pickle_is_refused_and_not_run(tmp_path):
     path, victim = tmp_path / "a.ckpt", tmp_path / "victim"
     path.write_bytes(pickle.dumps({"state_dict": {}, "ogmkit": Bomb(victim)}))
-    with pytest.raises(CheckpointError, match="carries no checksum: .*nothing of it was run"):
+    with pytest.raises(CheckpointError, match=r"carries no checksum: .*nothing of it was run"):
         read_checkpoint(path)
     torch.save({"state_dict": {}, "ogmkit": Bomb(victim)}, path)
     checksummed(path)

@@ -317,6 +317,19 @@ def test_damage_is_named_where_it_is_used(small_root, damage, damaged):
     assert len(other.cameras["CAM_FRONT"]) == 3
 
 
+@pytest.mark.parametrize("name", ["", ".", "..", "a/b", "a\\b", "CAM\n", "CAM ", ".hidden", "C" * 201])
+def test_a_channel_that_can_t_be_a_file_name_is_refused_for_whom_it_is_used(small_root, damage, name):
+    path = damage("sensor", "sensor-CAM_FRONT", channel=name)
+
+    assert f"{path}: record " in (message := _message(small_root, (name,)))
+    assert "cannot be a file name [R504, scene-0001]; " in message
+    assert "\n" not in message
+    (finding,) = (one for one in check_dataset(small_root) if one.rule == "R504")
+    assert (finding.severity, finding.count) == ("error", 1)
+    with Dataset(small_root) as dataset:
+        assert dataset.scene("scene-0001", ["CAM_BACK"]).cameras["CAM_BACK"]
+
+
 def _message(root, cameras=("CAM_FRONT",), scene="scene-0001", **options):
     with Dataset(root) as dataset, pytest.raises(TableError) as caught:
         dataset.scene(scene, cameras, **options)

@@ -59,7 +59,7 @@ def test_a_damaged_manifest_is_named(edit, change, message):
         read_manifest(edit(change))
 
 
-@pytest.mark.parametrize("text", ["", "{", "[1]", "<html>", "\ufeff{}"])
+@pytest.mark.parametrize("text", ["", "{", "[1]", "<html>", "\ufeff{}", "[" * 100_000])
 def test_a_file_that_is_no_json_object_is_named(tmp_path, text):
     (tmp_path / "manifest.json").write_text(text)
     with pytest.raises(ShardError, match=r"manifest\.json: is damaged"):
