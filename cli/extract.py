@@ -152,6 +152,8 @@ def _summary_lines(summary: ExtractSummary) -> Iterator[tuple[str, str]]:
     yield "valid trajectories", f"{summary.valid_trajectories}"
     yield "drivable cells", f"{summary.drivable_share:.2%}"
     yield "vehicle cells", f"{summary.vehicle_share:.2%}"
+    typical, shortest, longest = summary.step_s
+    yield "step", f"{typical:.3f} s ({shortest:.3f} to {longest:.3f} s)" if summary.frames else "none"
     yield "time", f"{minutes:.0f} min {seconds:.1f} s"
     yield "size", f"{summary.bytes / 1e6:.1f} MB"
     yield "failed", f"{len(summary.failures)}"

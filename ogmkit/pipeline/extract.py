@@ -1,6 +1,7 @@
 """Extraction: every chosen scene of a dataset becomes one shard of a folder."""
 
 import logging
+import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
@@ -20,7 +21,7 @@ from ogmkit.pipeline.selection import require_known_names
 from ogmkit.pipeline.sources import SceneSource
 from ogmkit.shards.manifest import Manifest, ShardEntry, write_manifest
 from ogmkit.shards.settings import ExtractSettings
-from ogmkit.shards.summary import ShardSummary, is_current, summarise
+from ogmkit.shards.summary import ShardSummary, is_current, spread, summarise
 from ogmkit.shards.writer import write_shard
 
 _LOG = logging.getLogger(__name__)
@@ -45,6 +46,7 @@ class ExtractSummary:
         valid_trajectories: frames with a valid trajectory.
         drivable_share: share of drivable cells, over all frames.
         vehicle_share: share of vehicle cells, over all frames.
+        step_s: median, shortest and longest time from a frame to the one a step on; NaN without any.
         seconds: wall time.
         bytes: size of the shards.
         failures: scenes that gave no shard.
@@ -56,6 +58,7 @@ class ExtractSummary:
     valid_trajectories: int
     drivable_share: float
     vehicle_share: float
+    step_s: tuple[float, float, float]
     seconds: float
     bytes: int
     failures: tuple[SceneFailure, ...]
@@ -235,6 +238,7 @@ def _summary(request: Request, outcomes: Sequence[_Outcome], seconds: float) -> 
         valid_trajectories=sum(shard.valid_trajectories for shard in shards),
         drivable_share=sum(shard.frames * shard.drivable_share for shard in shards) / max(1, frames),
         vehicle_share=sum(shard.frames * shard.vehicle_share for shard in shards) / max(1, frames),
+        step_s=spread([shard.step_s for shard in shards if not math.isnan(shard.step_s[0])]),
         seconds=seconds,
         bytes=sum(shard.bytes for shard in shards),
         failures=tuple(SceneFailure(name, failures[name]) for name in request.scenes if name in failures),

@@ -71,6 +71,7 @@ class Attribute:
     name: str
     kind: type[str] | type[int] | type[float]
     description: str
+    optional: bool = False
 
 
 @dataclass(frozen=True)

@@ -39,6 +39,9 @@ CAMERA_ATTRIBUTES = (
     Attribute("valid_trajectories", int, "frames whose trajectory is valid"),
     Attribute("drivable_share", float, "share of drivable cells over all frames"),
     Attribute("vehicle_share", float, "share of vehicle cells over all frames"),
+    Attribute("step_s", float, "median time in s from a frame to the one a step on; NaN without any", True),
+    Attribute("step_min_s", float, "the shortest such time", True),
+    Attribute("step_max_s", float, "the longest such time", True),
 )
 
 DATASET_ATTRIBUTES = ("description", "units", "frame")
@@ -248,4 +251,5 @@ def _attribute_lines() -> Iterator[str]:
     for owner, attributes in owners:
         for attribute in attributes:
             name, kind = attribute.name, attribute.kind.__name__
-            yield f"| {owner} | `{name}` | {kind} | {attribute.description} |"
+            meaning = attribute.description + " (optional)" * attribute.optional
+            yield f"| {owner} | `{name}` | {kind} | {meaning} |"

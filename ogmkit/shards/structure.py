@@ -78,6 +78,8 @@ def _attribute_problems(owner: h5py.File | h5py.Group, attributes: tuple[Attribu
     kinds = {str: str, int: np.integer, float: np.floating}
     for attribute in attributes:
         value = owner.attrs.get(attribute.name)
+        if value is None and attribute.optional:
+            continue
         if not isinstance(value, kinds[attribute.kind]):
             shown = "missing" if value is None else f"{value!r}, not a {attribute.kind.__name__}"
             yield f"{owner.name} attribute {attribute.name} is {shown}"

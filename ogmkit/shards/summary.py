@@ -1,7 +1,11 @@
 """A shard in figures, and whether it is what an extraction would write."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from ogmkit.errors import ShardError, UnreadableShardError
 from ogmkit.frames import SceneRecord
@@ -23,6 +27,8 @@ class ShardSummary:
         valid_trajectories: frames with a valid trajectory.
         drivable_share: share of drivable cells, over all frames.
         vehicle_share: share of vehicle cells, over all frames.
+        step_s: median, shortest and longest time of a step; of several cameras' medians the median. NaN where
+            the shard doesn't say.
         bytes: the file's size.
         sha256: the file's checksum, hexadecimal.
     """
@@ -33,6 +39,7 @@ class ShardSummary:
     valid_trajectories: int
     drivable_share: float
     vehicle_share: float
+    step_s: tuple[float, float, float]
     bytes: int
     sha256: str
 
@@ -57,9 +64,25 @@ def summarise(path: Path, *, sha256: str | None = None) -> ShardSummary:
             valid_trajectories=sum(int(attributes["valid_trajectories"]) for _, attributes in cameras),
             drivable_share=sum(n * float(attributes["drivable_share"]) for n, attributes in cameras) / frames,
             vehicle_share=sum(n * float(attributes["vehicle_share"]) for n, attributes in cameras) / frames,
+            step_s=spread([_step(attributes) for _, attributes in cameras]),
             bytes=path.stat().st_size,
             sha256=sha256 or file_sha256(path),
         )
+
+
+def spread(steps_s: Sequence[tuple[float, float, float]]) -> tuple[float, float, float]:
+    """The median of medians, the shortest and the longest of some; NaN without any, or where one is."""
+    if not steps_s:
+        return np.nan, np.nan, np.nan
+    medians, shortest, longest = np.array(steps_s).T
+    return float(np.median(medians)), float(shortest.min()), float(longest.max())
+
+
+def _step(attributes: Mapping[str, Any]) -> tuple[float, float, float]:
+    typical, shortest, longest = (
+        float(attributes.get(name, np.nan)) for name in ("step_s", "step_min_s", "step_max_s")
+    )
+    return typical, shortest, longest
 
 
 def is_current(path: Path, scene: SceneRecord, settings: ExtractSettings, dataset_version: str) -> bool:

@@ -11,6 +11,7 @@ import numpy as np
 
 from ogmkit import __version__
 from ogmkit.base.atomic import replacing
+from ogmkit.base.steps import STEPS
 from ogmkit.errors import TableError
 from ogmkit.frames import FrameRecord, SceneRecord
 from ogmkit.nuscenes.maps import MapMask, MaskStore
@@ -116,7 +117,7 @@ def _write_camera(
             if field.storage == "whole":
                 rows = column(field.name, frames, tally.trajectories, tally.points)
                 store_dataset(group, field, rows, sizes)
-        group.attrs.update(_camera_attributes(camera, tally, len(frames) * grid.rows * grid.columns))
+        group.attrs.update(_camera_attributes(camera, frames, tally, grid.rows * grid.columns))
 
 
 def _write_frames(
@@ -155,11 +156,22 @@ def _write_frame(group: h5py.Group, index: int, targets: FrameTargets) -> int:
     return count
 
 
-def _camera_attributes(camera: str, tally: _Tally, cells: int) -> dict[str, Any]:
+def _camera_attributes(
+    camera: str, frames: Sequence[FrameRecord], tally: _Tally, grid_cells: int
+) -> dict[str, Any]:
+    cells = len(frames) * grid_cells
+    steps_s = [
+        (frame.neighbour_timestamps_us[STEPS + 1] - frame.timestamp_us) / 1e6
+        for frame, trajectory in zip(frames, tally.trajectories, strict=True)
+        if trajectory.future_valid[0]
+    ] or [np.nan]
     values: dict[str, Any] = {
         "channel": camera,
         "valid_trajectories": sum(trajectory.valid for trajectory in tally.trajectories),
         "drivable_share": tally.drivable_cells / cells,
         "vehicle_share": tally.vehicle_cells / cells,
+        "step_s": np.median(steps_s),
+        "step_min_s": min(steps_s),
+        "step_max_s": max(steps_s),
     }
     return attribute_values(schema.CAMERA_ATTRIBUTES, values)
