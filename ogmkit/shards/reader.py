@@ -41,6 +41,7 @@ class Shard:
         self.path = path
         self.h5 = open_h5(path)
         self._sound: set[str] = set()
+        self._sizes: dict[str, dict[str, int]] = {}
         try:
             self._require_format()
             with reading(path):
@@ -107,7 +108,9 @@ class Shard:
     def sizes(self, camera: str) -> dict[str, int]:
         """The values of the schema's symbols for a camera: frames, boxes, points, rows, columns."""
         with reading(self.path):
-            return sizes(self.h5[camera], self.grid)
+            if camera not in self._sizes:
+                self._sizes[camera] = sizes(self.h5[camera], self.grid)
+            return dict(self._sizes[camera])
 
     def dataset(self, camera: str, name: str) -> Stored:
         """A camera's dataset, nothing of it read yet.
@@ -121,13 +124,13 @@ class Shard:
         """
         place = f"{camera}/{name}"
         with reading(self.path):
-            found = self.h5.get(place)
-            field = schema.field_of(name)
+            if place in self._sound:
+                return Stored(self.path, self.h5[place])
+            found, field = self.h5.get(place), schema.field_of(name)
             if not isinstance(found, h5py.Dataset) or field is None:
                 raise ShardError(f"{self.path}: has no dataset {place}; it has {', '.join(self.cameras)}")
-            if place not in self._sound:
-                self._require_sound(camera, found, field)
-                self._sound.add(place)
+            self._require_sound(camera, found, field)
+            self._sound.add(place)
             return Stored(self.path, found)
 
     def strings(self, camera: str, name: str, rows: slice | list[int] = slice(None)) -> tuple[str, ...]:

@@ -33,19 +33,28 @@ class Stored:
     Args:
         path: the shard's file, for messages.
         dataset: the dataset.
-
-    Attributes:
-        shape: its sides.
-        size: number of its values.
-        chunks: sides of a chunk; None where the values lie in one piece.
     """
 
     def __init__(self, path: Path, dataset: h5py.Dataset) -> None:
         self._path = path
         self._dataset = dataset
-        self.shape: tuple[int, ...] = dataset.shape
-        self.size = int(dataset.size)
-        self.chunks: tuple[int, ...] | None = dataset.chunks
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Its sides."""
+        sides: tuple[int, ...] = self._dataset.shape
+        return sides
+
+    @property
+    def size(self) -> int:
+        """Number of its values."""
+        return int(self._dataset.size)
+
+    @property
+    def chunks(self) -> tuple[int, ...] | None:
+        """Sides of a chunk; None where the values lie in one piece."""
+        sides: tuple[int, ...] | None = self._dataset.chunks
+        return sides
 
     def __len__(self) -> int:
         return self.shape[0]
