@@ -22,6 +22,11 @@ LOCK = ".ogmkit-extract.lock"
 
 FORMAT = "ogmkit-manifest"
 FORMAT_VERSION = 1
+_CHECKSUM = "sha256"
+_NAMES = {
+    *("format", "format_version", "package_version", "dataset_version", "dataroot", "settings", "shards"),
+}
+"""What a manifest holds besides its checksum."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +96,7 @@ def write_manifest(out: Path, manifest: Manifest) -> None:
         "settings": manifest.settings.to_dict(),
         "shards": [asdict(shard) for shard in manifest.shards],
     }
-    write_json(out / NAME, content)
+    write_json(out / NAME, content | {_CHECKSUM: _checksum(content)})
 
 
 def read_manifest(out: Path) -> Manifest:
@@ -107,6 +112,7 @@ def read_manifest(out: Path) -> Manifest:
             f"{path}: not an {FORMAT} of version {FORMAT_VERSION}; choose a folder that `ogmkit extract` "
             "wrote"
         )
+    _require_unchanged(path, content)
     try:
         return Manifest(
             dataset_version=_text(content["dataset_version"]),
@@ -116,6 +122,24 @@ def read_manifest(out: Path) -> Manifest:
         )
     except (KeyError, TypeError, ValueError, SettingsError) as error:
         raise ShardError(f"{path}: is damaged ({error}); run `ogmkit extract` again") from error
+
+
+def _checksum(content: dict[str, Any]) -> str:
+    """SHA-256 of the canonical JSON of a manifest without its checksum, hexadecimal."""
+    text = json.dumps(content, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _require_unchanged(path: Path, content: dict[str, Any]) -> None:
+    """Compare a manifest with its checksum; those of earlier versions have none.
+
+    Raises:
+        ShardError: they differ, or the manifest holds what no version of ogmkit writes.
+    """
+    held = {name: value for name, value in content.items() if name != _CHECKSUM}
+    said = content.get(_CHECKSUM, _checksum(held))
+    if said != _checksum(held) or not held.keys() <= _NAMES:
+        raise ShardError(f"{path}: is damaged (its checksum is another); run `ogmkit extract` again")
 
 
 def read_json(path: Path) -> dict[str, Any]:

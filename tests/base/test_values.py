@@ -80,5 +80,5 @@ def test_an_empty_section_is_one_without_settings():
     copy["b"] = 2
     assert (mapping(None, "f"), given) == ({}, {"a": 1})
     for wrong in ([1], "text", {1: 2}):
-        with pytest.raises(SettingsError, match="f: holds no mapping"):
+        with pytest.raises(SettingsError, match="f: not a mapping of setting: value"):
             mapping(wrong, "f")

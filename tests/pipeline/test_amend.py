@@ -243,6 +243,7 @@ def test_a_shard_that_was_changed_is_refused(out, undisturbed, digests, spoil, m
 
 def test_a_shard_of_other_settings_than_the_manifest_is_refused(out):
     content = json.loads((out / "manifest.json").read_text())
+    del content["sha256"]  # or the change would be taken for damage
     content["settings"]["min_visibility"] = 2
     (out / "manifest.json").write_text(json.dumps(content))
     with pytest.raises(ShardError, match="contradicts the manifest: min_visibility is 0 here but 2 there"):
@@ -251,6 +252,7 @@ def test_a_shard_of_other_settings_than_the_manifest_is_refused(out):
 
 def test_a_manifest_without_shards_is_refused(out):
     content = json.loads((out / "manifest.json").read_text())
+    del content["sha256"]  # or the change would be taken for damage
     (out / "manifest.json").write_text(json.dumps(content | {"shards": []}))
     with pytest.raises(ShardError, match="the manifest names no shard; run `ogmkit extract` again"):
         amend(out, Constant())

@@ -1,3 +1,4 @@
+import dataclasses
 import pickle
 import shutil
 
@@ -10,7 +11,7 @@ from ogmkit.samples.index import index_frames, index_sequences
 from ogmkit.samples.poses import require_finite_poses
 from ogmkit.samples.reading import Rows, read_sample
 from ogmkit.samples.spec import SampleSpec
-from ogmkit.shards.manifest import AMENDING, read_manifest
+from ogmkit.shards.manifest import AMENDING, read_manifest, write_manifest
 from ogmkit.shards.reader import Shard
 
 SCENES = ("scene-0001", "scene-0002")
@@ -216,9 +217,7 @@ def test_missing_masks_are_said_with_their_command(sample_shards):
 
 def test_images_whose_dataset_is_gone(make_sample_shards, tmp_path):
     out = shutil.copytree(make_sample_shards(images="reference"), tmp_path / "out")
-    manifest = out / "manifest.json"
-    root = read_manifest(out).dataroot
-    manifest.write_text(manifest.read_text().replace(root, "/nowhere"))
+    write_manifest(out, dataclasses.replace(read_manifest(out), dataroot="/nowhere"))
 
     with pytest.raises(ShardError, match=r"out: its images lie in /nowhere, which is absent; bring it back"):
         index_frames(out, SCENES, [], needs=IMAGE)

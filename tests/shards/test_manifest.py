@@ -23,6 +23,7 @@ def edit(tmp_path, manifest):
     def write(change):
         write_manifest(tmp_path, manifest)
         content = json.loads((tmp_path / "manifest.json").read_text())
+        del content["sha256"]  # as of a manifest from before there was one
         change(content)
         (tmp_path / "manifest.json").write_text(json.dumps(content))
         return tmp_path
@@ -33,6 +34,22 @@ def edit(tmp_path, manifest):
 def test_it_survives_its_file(tmp_path, manifest):
     write_manifest(tmp_path, manifest)
     assert read_manifest(tmp_path) == manifest
+
+
+def test_a_manifest_of_before_without_a_checksum_is_read(edit, manifest):
+    assert read_manifest(edit(lambda content: None)) == manifest
+
+
+def test_every_flipped_bit_is_found(tmp_path, manifest):
+    write_manifest(tmp_path, manifest)
+    path = tmp_path / "manifest.json"
+    sound = path.read_bytes()
+    for bit in range(8 * len(sound)):
+        damaged = bytearray(sound)
+        damaged[bit // 8] ^= 1 << bit % 8
+        path.write_bytes(damaged)
+        with pytest.raises(ShardError, match=r"manifest\.json: "):
+            read_manifest(tmp_path)
 
 
 def test_a_split_is_its_shards(manifest):

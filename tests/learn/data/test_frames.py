@@ -1,3 +1,4 @@
+import dataclasses
 import pickle
 
 import h5py
@@ -15,6 +16,7 @@ from ogmkit.learn.data.frames import FrameDataset
 from ogmkit.samples.index import index_frames
 from ogmkit.samples.lidar_image import lidar_image
 from ogmkit.samples.spec import SampleSpec
+from ogmkit.shards.manifest import read_manifest, write_manifest
 from ogmkit.shards.reader import Shard
 
 SCENES = ("scene-0001", "scene-0002")
@@ -253,8 +255,7 @@ def test_an_absent_image_is_named(make, make_sample_shards, tmp_path, tiny_datar
     out = make_sample_shards(images="reference")
     root = tmp_path / "dataset"
     root.mkdir()
-    manifest = out / "manifest.json"
-    manifest.write_text(manifest.read_text().replace(str(tiny_dataroot), str(root)))
+    write_manifest(out, dataclasses.replace(read_manifest(out), dataroot=str(root)))
 
     with pytest.raises(DataFileError, match=r"dataset/samples/CAM_BACK/\S+: image can't be read \(No such"):
         make(SampleSpec((30, 64)), out=out)[0]

@@ -9,6 +9,7 @@ from ogmkit.errors import CheckpointError, OutputError, SettingsError, ShardErro
 from ogmkit.learn.catalogue import training_settings
 from ogmkit.learn.runs import open_folder
 from ogmkit.learn.training.plan import plan_training
+from ogmkit.shards.manifest import read_manifest, write_manifest
 
 CAMERAS = ("CAM_BACK", "CAM_FRONT")
 SPLITS = {"train": ("scene-0001",), "val": ("scene-0002",)}
@@ -75,8 +76,10 @@ def make_without_lidar(tmp_path):
 
     def make(shards):
         folder = shutil.copytree(shards, tmp_path / "shards")
-        manifest = folder / "manifest.json"
-        manifest.write_text(manifest.read_text().replace('"lidar": true', '"lidar": false'))
+        manifest = read_manifest(folder)
+        settings = manifest.settings
+        without = replace(settings, targets=replace(settings.targets, lidar=False))
+        write_manifest(folder, replace(manifest, settings=without))
         return folder
 
     return make
