@@ -45,7 +45,7 @@ class Dataset:
         try:
             for table in EDGE_TABLES:
                 self._tables.load(table)
-            self._tables.load_optional("visibility")
+            self._load_visibility()
             prepare(self._tables)
         except BaseException:
             self._tables.close()
@@ -152,6 +152,13 @@ class Dataset:
             for camera in cameras
         }
         return SceneRecord(name=name, location=key.location, cameras=frames)
+
+    def _load_visibility(self) -> None:
+        """Records can do without: where it can't be read, visibility is unknown."""
+        try:
+            self._tables.load("visibility")
+        except TableError:
+            self._tables.load_empty("visibility")
 
     def _scene_key(self, token: str, name: str) -> SceneKey:
         ((location, map_path),) = self._tables.rows(

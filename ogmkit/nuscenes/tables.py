@@ -14,16 +14,14 @@ import duckdb
 import numpy as np
 from numpy.typing import NDArray
 
-from ogmkit.base.files import open_file
 from ogmkit.errors import SettingsError, TableError
+from ogmkit.nuscenes.array_file import REMEDY, require_array
 from ogmkit.nuscenes.paths import one_line
 from ogmkit.nuscenes.schema import Column, columns
 
 _MAX_THREADS = 4
-_HEAD_BYTES = 256
 _UNREADABLE = (duckdb.Error, UnicodeDecodeError)  # the latter where DuckDB quotes bytes that are no UTF-8
 _BATCH = 4096
-_REMEDY = "extract the metadata archive again"
 
 # Frame records need key frames of cameras and LiDAR only. NULLs and dangling tokens stay in: rules name them.
 _JOINS = {
@@ -118,7 +116,7 @@ class Tables:
             TableError: the file is absent, or no JSON array of records.
         """
         path = self.path(table)
-        _require_array(path)
+        require_array(path)
         try:
             try:
                 self._create(table, strict=table in _NAMING)
@@ -130,14 +128,7 @@ class Tables:
                 f"{path}: {_reason(error)}; free memory or space in {tempfile.gettempdir()}"
             ) from error
         except _UNREADABLE as error:
-            raise TableError(f"{path}: no sound JSON ({_reason(error)}); {_REMEDY}") from error
-
-    def load_optional(self, table: str) -> None:
-        """Read a table that records can do without; one that can't be read has no rows."""
-        try:
-            self.load(table)
-        except TableError:
-            self.load_empty(table)
+            raise TableError(f"{path}: no sound JSON ({_reason(error)}); {REMEDY}") from error
 
     def load_empty(self, table: str) -> None:
         """Put a table without rows in the place of one that can't be read."""
@@ -227,28 +218,3 @@ def _read_json(types: dict[str, str]) -> str:
 def _reason(error: Exception) -> str:
     """DuckDB's first line, without the file's name, which stands before it anyway."""
     return one_line(str(error).splitlines()[0].split('.json", ')[-1])
-
-
-def _require_array(path: Path) -> None:
-    """Refuse what DuckDB would accept or explain badly: absent, empty, another format, cut off at the end."""
-    try:
-        with open_file(path) as file:
-            head = file.read(_HEAD_BYTES).strip()
-            file.seek(max(0, os.fstat(file.fileno()).st_size - _HEAD_BYTES))
-            tail = file.read().rstrip()
-    except FileNotFoundError as error:
-        raise TableError(f"{path}: table is missing; {_REMEDY}") from error
-    except OSError as error:
-        raise TableError(
-            f"{path}: cannot be read ({error.strerror}); check the file and its permissions"
-        ) from error
-    if not head and not tail:
-        raise TableError(f"{path}: empty file, not a JSON array of records; {_REMEDY}")
-    if head[:1] == b"<":
-        raise TableError(f"{path}: an HTML or XML page, not a JSON table; download and {_REMEDY}")
-    if head[:1] == b"{":
-        raise TableError(f"{path}: one JSON object, not an array of records; {_REMEDY}")
-    if head and head[:1] != b"[":
-        raise TableError(f"{path}: not a JSON array of records; {_REMEDY}")
-    if tail[-1:] != b"]":
-        raise TableError(f"{path}: cut off, the array of records is not closed; {_REMEDY}")

@@ -1,7 +1,5 @@
 """What a shard holds: the one table from which writer, reader, verifier and documentation come."""
 
-from collections.abc import Iterator
-
 from ogmkit.shards.fields import (
     BOXES,
     COLUMNS,
@@ -69,12 +67,7 @@ FIELDS = (
     Field("image_path", "text", (FRAMES,), "the JPEG's path below the dataset's root"),
     Field("image_size", "int64", (FRAMES, 2), "height, width", "px", "image"),
     Field(
-        "intrinsics",
-        "float64",
-        (FRAMES, 3, 3),
-        "pinhole matrix; pixel centres are integers",
-        "px",
-        "camera",
+        "intrinsics", "float64", (FRAMES, 3, 3), "pinhole matrix; pixel centres are integers", "px", "camera"
     ),
     Field("ego_from_camera", "float64", _POSE, "mounting of the camera", "m", "ego"),
     Field("global_from_ego", "float64", _POSE, "ego pose of the image", "m", "global"),
@@ -219,37 +212,3 @@ def field_of(name: str) -> Field | None:
     added = next((one for one in ADDED if one.name == kind), None)
     known, own = (FIELDS, name) if added is None else (added.fields, rest.partition("/")[2])
     return next((field for field in known if field.name == own), None)
-
-
-def markdown() -> str:
-    """The schema as Markdown tables: datasets of a camera's group, of groups added to it, then attributes."""
-    tables = [_dataset_lines("`/<CAMERA>/…`", FIELDS)]
-    tables += [_dataset_lines(f"`{_place(kind)}/…`", kind.fields) for kind in ADDED]
-    return "\n\n".join("\n".join(lines) for lines in (*tables, _attribute_lines())) + "\n"
-
-
-def _place(kind: AddedKind) -> str:
-    return f"/<CAMERA>/{kind.name}/<{kind.member}>"
-
-
-def _dataset_lines(heading: str, fields: tuple[Field, ...]) -> Iterator[str]:
-    yield f"| {heading} | dtype | shape | meaning | units | frame |"
-    yield "| --- | --- | --- | --- | --- | --- |"
-    when = {"core": "", "image": " (with `--images bytes`)", "lidar": " (with `--lidar`)"}
-    when["optional"] = " (optional)"
-    for field in fields:
-        shape = ", ".join(str(size) for size in field.shape)
-        meaning = field.description + when[field.part]
-        yield f"| `{field.name}` | {field.dtype} | ({shape}) | {meaning} | {field.units} | {field.frame} |"
-
-
-def _attribute_lines() -> Iterator[str]:
-    yield "| attribute of | name | type | meaning |"
-    yield "| --- | --- | --- | --- |"
-    owners = [("file", FILE_ATTRIBUTES), ("`/<CAMERA>`", CAMERA_ATTRIBUTES)]
-    owners += [(f"`{_place(kind)}`", kind.attributes) for kind in ADDED]
-    for owner, attributes in owners:
-        for attribute in attributes:
-            name, kind = attribute.name, attribute.kind.__name__
-            meaning = attribute.description + " (optional)" * attribute.optional
-            yield f"| {owner} | `{name}` | {kind} | {meaning} |"
