@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 from ogmkit_cli.main import COMMANDS, main
 
-from ogmkit.shards import schema
+from ogmkit.shards.reference import schema_markdown
 from ogmkit.workflow.reference import settings_markdown
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -116,7 +116,7 @@ def test_every_page_can_be_reached_from_the_readme():
 
 @pytest.mark.parametrize(
     ("page", "name", "made"),
-    [("shards.md", "schema", schema.markdown), ("settings.md", "settings", settings_markdown)],
+    [("shards.md", "schema", schema_markdown), ("settings.md", "settings", settings_markdown)],
 )
 def test_generated_tables_are_up_to_date(page, name, made):
     pattern = rf"<!-- {name}: begin[^>]*-->\n(.*?)<!-- {name}: end -->"

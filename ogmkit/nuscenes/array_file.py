@@ -1,0 +1,40 @@
+"""Whether a file looks like a table: a JSON array that is closed at its end."""
+
+import os
+from pathlib import Path
+
+from ogmkit.base.files import open_file
+from ogmkit.errors import TableError
+
+REMEDY = "extract the metadata archive again"
+
+_HEAD_BYTES = 256
+
+
+def require_array(path: Path) -> None:
+    """Refuse what DuckDB would accept or explain badly.
+
+    Raises:
+        TableError: the file is absent, empty, of another format, or cut off at the end.
+    """
+    try:
+        with open_file(path) as file:
+            head = file.read(_HEAD_BYTES).strip()
+            file.seek(max(0, os.fstat(file.fileno()).st_size - _HEAD_BYTES))
+            tail = file.read().rstrip()
+    except FileNotFoundError as error:
+        raise TableError(f"{path}: table is missing; {REMEDY}") from error
+    except OSError as error:
+        raise TableError(
+            f"{path}: cannot be read ({error.strerror}); check the file and its permissions"
+        ) from error
+    if not head and not tail:
+        raise TableError(f"{path}: empty file, not a JSON array of records; {REMEDY}")
+    if head[:1] == b"<":
+        raise TableError(f"{path}: an HTML or XML page, not a JSON table; download and {REMEDY}")
+    if head[:1] == b"{":
+        raise TableError(f"{path}: one JSON object, not an array of records; {REMEDY}")
+    if head and head[:1] != b"[":
+        raise TableError(f"{path}: not a JSON array of records; {REMEDY}")
+    if tail[-1:] != b"]":
+        raise TableError(f"{path}: cut off, the array of records is not closed; {REMEDY}")

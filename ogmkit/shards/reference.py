@@ -1,0 +1,40 @@
+"""The schema as documentation."""
+
+from collections.abc import Iterator
+
+from ogmkit.shards import schema
+from ogmkit.shards.fields import AddedKind, Field
+
+
+def schema_markdown() -> str:
+    """The schema as Markdown tables: datasets of a camera's group, of groups added to it, then attributes."""
+    tables = [_dataset_lines("`/<CAMERA>/…`", schema.FIELDS)]
+    tables += [_dataset_lines(f"`{_place(kind)}/…`", kind.fields) for kind in schema.ADDED]
+    return "\n\n".join("\n".join(lines) for lines in (*tables, _attribute_lines())) + "\n"
+
+
+def _place(kind: AddedKind) -> str:
+    return f"/<CAMERA>/{kind.name}/<{kind.member}>"
+
+
+def _dataset_lines(heading: str, fields: tuple[Field, ...]) -> Iterator[str]:
+    yield f"| {heading} | dtype | shape | meaning | units | frame |"
+    yield "| --- | --- | --- | --- | --- | --- |"
+    when = {"core": "", "image": " (with `--images bytes`)", "lidar": " (with `--lidar`)"}
+    when["optional"] = " (optional)"
+    for field in fields:
+        shape = ", ".join(str(size) for size in field.shape)
+        meaning = field.description + when[field.part]
+        yield f"| `{field.name}` | {field.dtype} | ({shape}) | {meaning} | {field.units} | {field.frame} |"
+
+
+def _attribute_lines() -> Iterator[str]:
+    yield "| attribute of | name | type | meaning |"
+    yield "| --- | --- | --- | --- |"
+    owners = [("file", schema.FILE_ATTRIBUTES), ("`/<CAMERA>`", schema.CAMERA_ATTRIBUTES)]
+    owners += [(f"`{_place(kind)}`", kind.attributes) for kind in schema.ADDED]
+    for owner, attributes in owners:
+        for attribute in attributes:
+            name, kind = attribute.name, attribute.kind.__name__
+            meaning = attribute.description + " (optional)" * attribute.optional
+            yield f"| {owner} | `{name}` | {kind} | {meaning} |"
