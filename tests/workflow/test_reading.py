@@ -171,11 +171,8 @@ def test_the_examples_say_the_same_again_when_written_out(name):
     written = yaml.safe_load(yaml.safe_dump(first.to_dict()))
     again = config_of(written, Path("/elsewhere/config.yaml"))
     assert again.to_dict() == first.to_dict()
-    assert (again.trainings, again.evaluate, again.extract) == (
-        first.trainings,
-        first.evaluate,
-        first.extract,
-    )
+    assert (again.trainings, again.evaluate) == (first.trainings, first.evaluate)
+    assert again.extract.to_dict() == first.extract.to_dict()
 
 
 @pytest.mark.parametrize(
@@ -185,17 +182,17 @@ def test_the_examples_say_the_same_again_when_written_out(name):
         ({"out": None}, "out: say which folder"),
         ({"extract": {"lidr": True}}, "extract: unknown setting 'lidr'; did you mean lidar?"),
         ({"extract": {"grid": {"row": 3}}}, "extract: grid: unknown setting 'row'; did you mean row"),
-        ({"extract": {"grid": {"rows": 0}}}, "extract: grid: grid: 0 rows"),
+        ({"extract": {"grid": {"rows": 0}}}, "extract: grid: rows: 0 is below 1"),
         ({"cameras": []}, "extract: cameras: none"),
         ({"workers": -1}, "workers: -1 is below 0"),
         ({"train": {"image_size": "64x96"}, "homography": {}}, "image_size: '64x96' is not a list"),
         ({"homography_fit": {"methods": []}}, "homography_fit: methods: name at least one"),
         ({"homography_fit": {"methods": ["dtl"]}}, "methods: unknown method 'dtl'; did you mean dlt?"),
-        ({"homography_fit": {"min_points": 3}}, "homography_fit: min_points: a homography needs"),
+        ({"homography_fit": {"min_points": 3}}, "homography_fit: min_points: 3 is below 4"),
         ({"render_footprints": {"name": "x"}}, "render_footprints: unknown setting 'name'"),
         (
             {"render_footprints": {"scale": 0, "sets": ["surface"]}},
-            "render_footprints: sets: scale: 0 is not a positive",
+            "render_footprints: sets: scale: 0.0 is not above 0",
         ),
         ({"render_footprints": {"sets": ["network"]}}, "sets: nothing makes the masks 'network'"),
         ({"train": {"epoch": 3}}, "train: unknown setting 'epoch'; did you mean epochs?"),
@@ -215,7 +212,7 @@ def test_the_examples_say_the_same_again_when_written_out(name):
         ({"footprints": {"split_ratio": [7, 1]}}, "footprints: split_ratio: give a split_file"),
         ({"baselines": "ved"}, "baselines: not a list of systems"),
         ({"baselines": ["lstm-ed"]}, "baselines: 1: unknown system 'lstm-ed'"),
-        ({"baselines": ["ved", 3]}, "baselines: 2: holds no mapping"),
+        ({"baselines": ["ved", 3]}, "baselines: 2: not a mapping"),
         ({"baselines": ["bev-lidar"]}, "bev-lidar needs `lidar: true` under extract"),
         ({"planners": ["lstm-ed", "lstm-ed"]}, "two trainings are called lstm-ed"),
         ({"planners": [{"system": "lstm-ed", "name": "../x"}]}, "name '../x': use letters"),
@@ -229,8 +226,8 @@ def test_the_examples_say_the_same_again_when_written_out(name):
             {"footprints": {"encoder": "resnet18"}, "planners": ["holistic"]},
             "encoder: resnet101 can't begin with footprints, which has resnet18",
         ),
-        ({"evaluate": {"threshold": 1}}, "evaluate: threshold: 1 is not from 0"),
-        ({"evaluate": {"scale": 0}}, "evaluate: scale: 0 is not a positive"),
+        ({"evaluate": {"threshold": 1}}, "evaluate: threshold: 1.0 is not below 1"),
+        ({"evaluate": {"scale": 0}}, "evaluate: scale: 0.0 is not above 0"),
         ({"evaluate": {"limit": 0}}, "evaluate: limit: 0 is below 1"),
         ({"evaluate": {"homography": "network"}}, "homography: nothing makes 'network'; there are: surface"),
     ],

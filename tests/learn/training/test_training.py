@@ -275,7 +275,7 @@ def test_a_last_checkpoint_that_is_no_training_s_own_is_refused(
     ("name", "content", "message"),
     [
         ("splits.json", b'{"train": [1], "val": []}', "'train' is not a list of scene names"),
-        ("splits.json", b"[" * 100_000, "is not JSON"),
+        ("splits.json", b"[" * 100_000, "not JSON"),
         ("splits.json", b'{"train": ["scene-0001"]}', "a training on other scenes exists"),
         ("config.yaml", b"[" * 100_000, "nested too deeply"),
         ("config.yaml", b"lr: " + b"9" * 400, "a training with other settings exists"),

@@ -286,7 +286,7 @@ def test_a_wrong_file_is_named_with_its_key(tmp_path, runs, known, plan, change,
 
 @pytest.mark.parametrize(
     ("text", "message"),
-    [("", "is not JSON"), ("[]", "holds no object with camera"), ("{}", "holds no object")],
+    [("", "not JSON"), ("[]", "holds no object with camera"), ("{}", "holds no object")],
 )
 def test_a_file_that_holds_no_object_is_named(runs, plan, text, message):
     with pytest.raises(TableError, match=f"plan.json: {message}"):
