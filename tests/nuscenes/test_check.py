@@ -33,7 +33,7 @@ def test_all_findings_are_counted_with_first_examples(small_root, edit_table):
             if record["token"].startswith("annotation-1"):
                 record["size"] = [0, 0, 0]
             if record["token"].startswith("annotation-2-1"):
-                record["num_lidar_pts"] = "many"
+                record["translation"] = "there"
 
     edit_table(small_root, "sample_annotation", damage)
 
