@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import h5py
+import numpy as np
 
 from ogmkit.errors import OgmkitError
 from ogmkit.shards.faults import H5_ERRORS, damaged
@@ -44,6 +45,11 @@ class Stored:
         """Its sides."""
         sides: tuple[int, ...] = self._dataset.shape
         return sides
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        """Its values' kind."""
+        return np.dtype(self._dataset.dtype)
 
     @property
     def size(self) -> int:

@@ -92,7 +92,7 @@ def other_settings(out):
     ("spoil", "message"),
     [
         (no_shards, "choose a folder that `ogmkit extract` finished"),
-        (foreign, "not an HDF5 file, or cut short"),
+        (foreign, "bytes, by the manifest"),
         (other_settings, "scale is 4.0 here but 2.0 there; use --overwrite"),
         (lambda out: ["--homography", "dlt"], "unknown homography 'dlt'; there are: robust, surface"),
         (lambda out: ["--homography", "robust", "--method", "full-body"], "choose surface or calibration"),

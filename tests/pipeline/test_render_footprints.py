@@ -98,7 +98,8 @@ def test_attributes_tell_how_a_set_was_made(shard):
 def test_masks_are_stored_a_compressed_chunk_a_frame(shard):
     drivable = shard.dataset("CAM_FRONT", "footprints/large/drivable")
     assert (drivable.shape, drivable.dtype) == ((8, 180, 320), np.uint8)
-    assert (drivable.chunks, drivable.compression) == ((1, 180, 320), "gzip")
+    stored = shard.h5["CAM_FRONT/footprints/large/drivable"]
+    assert (stored.chunks, stored.compression) == ((1, 180, 320), "gzip")
 
 
 @pytest.mark.parametrize(("name", "source"), [("surface", "surface"), ("dlt", "dlt"), ("large", "surface")])
@@ -180,7 +181,7 @@ def test_a_second_run_changes_nothing(rendered, digests):
 def test_other_settings_are_refused_by_name(out, digests):
     render_footprints(out)
     before = digests(out)
-    with pytest.raises(OutputError, match=r"footprints/surface is there .*scale is 4\.0 here but 2\.0 there"):
+    with pytest.raises(OutputError, match=r"footprints/surface exists with .*scale is 4\.0 here but 2\.0 there"):
         render_footprints(out, FootprintSettings(scale=4))
     assert digests(out) == before
     render_footprints(out, FootprintSettings(scale=4, name="small"))
