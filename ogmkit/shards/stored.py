@@ -49,7 +49,8 @@ class Stored:
     @property
     def dtype(self) -> np.dtype[Any]:
         """Its values' kind."""
-        return np.dtype(self._dataset.dtype)
+        kind: np.dtype[Any] = self._dataset.dtype
+        return kind
 
     @property
     def size(self) -> int:

@@ -13,7 +13,7 @@ from ogmkit.nuscenes.dataset import Dataset
 from ogmkit.pipeline.extract import extract
 from ogmkit.pipeline.homography_fit import fit_shards
 from ogmkit.pipeline.render_footprints import render_footprints
-from ogmkit.shards.manifest import read_manifest
+from ogmkit.shards.manifest import AMENDING, read_manifest
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.settings import ExtractSettings
 from ogmkit.target_settings import TargetSettings
@@ -38,8 +38,10 @@ def eval_shards(tmp_path_factory, tiny_dataroot):
 
 @pytest.fixture
 def own_shards(tmp_path, eval_shards):
-    """A copy that a test may spoil."""
-    return shutil.copytree(eval_shards, tmp_path / "shards")
+    """A copy that a test may change; marked, so that sizes are not compared with the manifest's."""
+    out = shutil.copytree(eval_shards, tmp_path / "shards")
+    (out / AMENDING).write_text('{"command": "homography-fit"}')
+    return out
 
 
 @pytest.fixture

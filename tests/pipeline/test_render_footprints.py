@@ -181,7 +181,7 @@ def test_a_second_run_changes_nothing(rendered, digests):
 def test_other_settings_are_refused_by_name(out, digests):
     render_footprints(out)
     before = digests(out)
-    with pytest.raises(OutputError, match=r"footprints/surface exists with .*scale is 4\.0 here but 2\.0 there"):
+    with pytest.raises(OutputError, match=r"/surface exists with .*scale is 4\.0 here but 2\.0 there"):
         render_footprints(out, FootprintSettings(scale=4))
     assert digests(out) == before
     render_footprints(out, FootprintSettings(scale=4, name="small"))
