@@ -69,6 +69,8 @@ def small(arguments):
     """Arguments with patterns expanded and what makes the command quick."""
     found, start = parsed_command(arguments)
     known = {name for option in found.params for name in option.opts}
+    if "--calibration" in arguments:
+        known.discard("--workers")  # goes with shards only
     changes = {
         name: value for name, value in (SMALL.get(arguments[0], {}) | SMALL[""]).items() if name in known
     }
