@@ -14,7 +14,6 @@ from ogmkit.samples.index import FrameIndex, index_frames
 from ogmkit.samples.spec import SampleSpec
 from ogmkit.samples.splits import split_scenes
 from ogmkit.shards import schema
-from ogmkit.shards.faults import H5_ERRORS, damaged
 from ogmkit.shards.manifest import read_manifest
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.remedies import homography_command
@@ -154,26 +153,15 @@ def invalid_homographies(index: FrameIndex) -> dict[str, int]:
     Raises:
         ShardError: a shard is absent or damaged.
     """
-    counts = [_invalid_of(shard, camera, index.rows[samples]) for shard, camera, samples in by_camera(index)]
+    counts = [_invalid_of(shard, camera, index.rows[samples]) for shard, camera, samples in index.by_camera()]
     common = set.intersection(*(set(one) for one in counts))
     return {source: sum(one[source] for one in counts) for source in sorted(common)}
-
-
-def by_camera(index: FrameIndex) -> Iterator[tuple[Shard, str, IntArray]]:
-    """Each shard, open, with each of its cameras and the places in the index of that one's samples."""
-    for number, path in enumerate(index.paths):
-        with Shard(path) as shard:
-            for channel, camera in enumerate(index.cameras):
-                yield shard, camera, np.flatnonzero((index.shard == number) & (index.camera == channel))
 
 
 def _invalid_of(shard: Shard, camera: str, frames: IntArray) -> dict[str, int]:
     """Homography of a shard's camera → how many of (N, T) frames' rows have an invalid one."""
     counts = {}
     for source in shard.added(camera, schema.HOMOGRAPHY.name):
-        try:
-            valid = shard.dataset(camera, f"{schema.HOMOGRAPHY.name}/{source}/valid")[:]
-            counts[source] = int(np.count_nonzero(~valid[frames].all(axis=1)))
-        except H5_ERRORS as error:
-            raise damaged(shard.path, error) from error
+        valid = shard.dataset(camera, f"{schema.HOMOGRAPHY.name}/{source}/valid")[:]
+        counts[source] = int(np.count_nonzero(~valid[frames].all(axis=1)))
     return counts

@@ -1,6 +1,6 @@
 """Which frames, or sequences of six, of a folder of shards a dataset is made of."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -76,6 +76,17 @@ class FrameIndex:
     def place(self, i: int) -> tuple[str, str, int]:
         """Scene, camera and frame of a sample."""
         return self.scenes[self.shard[i]], self.cameras[self.camera[i]], int(self.frame[i])
+
+    def by_camera(self) -> Iterator[tuple[Shard, str, IntArray]]:
+        """Each shard, open, with each of its cameras and the places in the index of that one's samples.
+
+        Raises:
+            ShardError: a shard is absent or damaged.
+        """
+        for number, path in enumerate(self.paths):
+            with Shard(path) as shard:
+                for channel, camera in enumerate(self.cameras):
+                    yield shard, camera, np.flatnonzero((self.shard == number) & (self.camera == channel))
 
     def counted(self, sample: str) -> str:
         """The samples, each called so, with scenes and cameras: `40 frames of 2 scenes, CAM_FRONT`."""

@@ -4,7 +4,7 @@ import numpy as np
 
 from ogmkit.errors import ShardError
 from ogmkit.samples.index import FrameIndex
-from ogmkit.shards.faults import H5_ERRORS, REMEDY, damaged
+from ogmkit.shards.faults import REMEDY
 from ogmkit.shards.reader import Shard
 from ogmkit.typing import BoolArray, IntArray
 
@@ -22,14 +22,8 @@ def require_finite_poses(index: FrameIndex) -> None:
         ShardError: one holds a number that is not finite, or a shard is damaged; names shard, camera and
             frame.
     """
-    for number, path in enumerate(index.paths):
-        with Shard(path) as shard:
-            for channel, camera in enumerate(index.cameras):
-                rows = index.rows[(index.shard == number) & (index.camera == channel)]
-                try:
-                    _require_finite(shard, camera, rows)
-                except H5_ERRORS as error:
-                    raise damaged(shard.path, error) from error
+    for shard, camera, samples in index.by_camera():
+        _require_finite(shard, camera, index.rows[samples])
 
 
 def _require_finite(shard: Shard, camera: str, rows: IntArray) -> None:

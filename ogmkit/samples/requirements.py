@@ -1,12 +1,14 @@
 """What samples need of a folder of shards, and the commands that make what is missing."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 from ogmkit.errors import SettingsError, ShardError
 from ogmkit.samples.spec import SampleSpec
 from ogmkit.shards import schema
 from ogmkit.shards.crosschecks_added import origin_problem
-from ogmkit.shards.faults import H5_ERRORS, REMEDY, damaged
+from ogmkit.shards.faults import H5_ERRORS, damaged
+from ogmkit.shards.fields import AddedKind
 from ogmkit.shards.manifest import Manifest
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.remedies import footprints_command, homography_command
@@ -78,28 +80,27 @@ def require_same_step(planner: Path, trained_s: float, step_s: float) -> None:
 
 
 def _require_homography(shard: Shard, camera: str, source: str) -> None:
-    known = shard.added(camera, schema.HOMOGRAPHY.name)
-    if source not in known:
-        raise ShardError(
-            f"{shard.path}: {camera} has no homography {source!r} (it has {', '.join(known) or 'none'}); "
-            f"run `{homography_command(shard.path.parent, source)}`"
-        )
+    _require_added(shard, camera, schema.HOMOGRAPHY, source, homography_command)
 
 
 def _require_footprints(shard: Shard, camera: str, name: str) -> None:
-    known = shard.added(camera, schema.FOOTPRINTS.name)
-    if name not in known:
-        raise ShardError(
-            f"{shard.path}: {camera} has no footprints {name!r} (it has {', '.join(known) or 'none'}); "
-            f"run `{footprints_command(shard.path.parent, name)}`"
-        )
+    _require_added(shard, camera, schema.FOOTPRINTS, name, footprints_command)
     problem = origin_problem(shard, camera, name)
     if problem:
         raise ShardError(f"{shard.path}: {camera}/footprints/{name} {problem}")
 
 
+def _require_added(
+    shard: Shard, camera: str, kind: AddedKind, name: str, command: Callable[[Path, str], str]
+) -> None:
+    known = shard.added(camera, kind.name)
+    if name not in known:
+        raise ShardError(
+            f"{shard.path}: {camera} has no {kind.name} {name!r} (it has {', '.join(known) or 'none'}); "
+            f"run `{command(shard.path.parent, name)}`"
+        )
+
+
 def _column(shard: Shard, camera: str, name: str) -> BoolArray:
     values: BoolArray = shard.dataset(camera, name)[:]
-    if len(values) != shard.frames(camera):
-        raise ShardError(f"{shard.path}: {camera}/{name} is not of the camera's length; {REMEDY}")
     return values

@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from ogmkit.base.files import file_status
 from ogmkit.errors import ShardError
-from ogmkit.shards.faults import AGAIN, REMEDY, damaged, unreadable
+from ogmkit.shards.faults import REMEDY, damaged
 from ogmkit.shards.manifest import ShardEntry, file_sha256, unfinished_command
+from ogmkit.shards.opening import shard_bytes
 from ogmkit.shards.reader import Shard
 
 
@@ -51,10 +51,5 @@ def require_unchanged(path: Path, entry: ShardEntry) -> None:
 
 
 def _size_problem(path: Path, entry: ShardEntry) -> str:
-    try:
-        size = file_status(path).st_size
-    except FileNotFoundError as error:
-        raise ShardError(f"{path}: is absent; {AGAIN}") from error
-    except OSError as error:
-        raise unreadable(path, str(error.strerror)) from error
+    size = shard_bytes(path)
     return "" if size == entry.bytes else f"has {size} bytes, by the manifest {entry.bytes}"

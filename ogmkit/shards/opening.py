@@ -19,12 +19,7 @@ def open_h5(path: Path) -> h5py.File:
         ShardError: it is absent, or no whole HDF5 file.
         UnreadableShardError: the system refuses to read it.
     """
-    try:
-        file_status(path)
-    except FileNotFoundError as error:
-        raise ShardError(f"{path}: is absent; {AGAIN}") from error
-    except OSError as error:
-        raise unreadable(path, str(error.strerror)) from error
+    shard_bytes(path)
     try:
         return _opened(path)
     except OSError as error:
@@ -32,6 +27,21 @@ def open_h5(path: Path) -> h5py.File:
         if reason:
             raise unreadable(path, reason) from error
         raise ShardError(f"{path}: not an HDF5 file, or cut short; if it is a shard, {REMEDY}") from error
+
+
+def shard_bytes(path: Path) -> int:
+    """A shard's size; nothing of it is read.
+
+    Raises:
+        ShardError: it is absent.
+        UnreadableShardError: it is not a regular file, or the system refuses to look at it.
+    """
+    try:
+        return file_status(path).st_size
+    except FileNotFoundError as error:
+        raise ShardError(f"{path}: is absent; {AGAIN}") from error
+    except OSError as error:
+        raise unreadable(path, str(error.strerror)) from error
 
 
 def _opened(path: Path) -> h5py.File:

@@ -120,7 +120,7 @@ class Shard:
             name: below the camera's group, such as `boxes/offsets` (see `schema.FIELDS`).
 
         Raises:
-            ShardError: there is no such camera or dataset, or it isn't as the schema says.
+            ShardError: the camera or dataset is missing, or isn't as the schema says.
         """
         place = f"{camera}/{name}"
         with reading(self.path):
@@ -144,7 +144,7 @@ class Shard:
             place: the group's, such as `CAM_FRONT` or `CAM_FRONT/homography/surface`.
 
         Raises:
-            ShardError: there is no such group, or it is damaged.
+            ShardError: the group is missing or damaged.
         """
         with reading(self.path):
             return dict(self.h5[place].attrs)

@@ -9,12 +9,12 @@ import numpy as np
 from ogmkit.base.steps import STEPS as TRAJECTORY
 from ogmkit.base.steps import nearest_rows
 from ogmkit.errors import ShardError
-from ogmkit.evaluation.scope import by_camera, evaluated_splits
+from ogmkit.evaluation.scope import evaluated_splits
 from ogmkit.metrics.plan import STEPS
 from ogmkit.samples.index import FrameIndex, index_sequences
 from ogmkit.samples.poses import require_finite_poses
 from ogmkit.samples.spec import SampleSpec
-from ogmkit.shards.faults import H5_ERRORS, REMEDY, damaged
+from ogmkit.shards.faults import REMEDY
 from ogmkit.shards.reader import Shard
 from ogmkit.typing import FloatArray, IntArray
 
@@ -81,7 +81,7 @@ def sequences_of(
     index = index_sequences(shards, scenes, cameras, needs=needs, valid_only=False, limit=limit)
     require_finite_poses(index)
     past, future = np.empty((2, len(index), TRAJECTORY, 2))
-    for shard, camera, samples in by_camera(index):
+    for shard, camera, samples in index.by_camera():
         past[samples], future[samples] = _paths(shard, camera, index.frame[samples])
     return Sequences(index, past, future)
 
@@ -94,11 +94,8 @@ def planned_rows(shard: Shard, camera: str) -> IntArray:
 
 def _paths(shard: Shard, camera: str, frames: IntArray) -> tuple[FloatArray, FloatArray]:
     """Past and future of sequences by their last frames, which are followed by those that are planned."""
-    try:
-        past, future = (shard.dataset(camera, f"trajectory/{name}")[:] for name in ("past", "future"))
-        later = planned_rows(shard, camera)[frames]
-    except H5_ERRORS as error:
-        raise damaged(shard.path, error) from error
+    past, future = (shard.dataset(camera, f"trajectory/{name}")[:] for name in ("past", "future"))
+    later = planned_rows(shard, camera)[frames]
     late = frames[(later < 0).any(axis=1)]
     if len(late):
         raise ShardError(

@@ -19,7 +19,6 @@ from ogmkit.samples.poses import require_finite_poses
 from ogmkit.samples.requirements import require_same_step
 from ogmkit.samples.spec import SampleSpec
 from ogmkit.shards import schema
-from ogmkit.shards.faults import H5_ERRORS, damaged
 from ogmkit.shards.manifest import read_manifest
 from ogmkit.shards.reader import Shard
 from ogmkit.typing import FloatArray
@@ -68,7 +67,7 @@ def plans_of_shards(
         `homography_valid`, of each image: without one its masks are warped to nothing.
 
     Raises:
-        CheckpointError: there is no checkpoint, it is damaged or of no planner, or its plans aren't numbers.
+        CheckpointError: the checkpoint is missing, damaged or not a planner's, or a plan is not finite.
         SettingsError: grids or steps differ, a scene, split or camera is unknown, or a homography is given to
             a run that warps nothing.
         ShardError: the folder is not a finished extraction, lacks what the run plans from, or has poses that
@@ -119,16 +118,13 @@ def _objects(job: PlanJob, run: Run, index: FrameIndex, spec: SampleSpec) -> Ite
 
 
 def _read(path: Path, camera: str, homography: str | None) -> _Frames:
-    try:
-        with Shard(path) as shard:
-            valid = None
-            if homography is not None:
-                valid = shard.dataset(camera, f"{schema.HOMOGRAPHY.name}/{homography}/valid")[:].tolist()
-            return _Frames(
-                tokens=shard.strings(camera, "sample_token"),
-                times_us=shard.dataset(camera, "timestamp_us")[:].tolist(),
-                destinations=shard.dataset(camera, "trajectory/future")[:, -1],
-                homography_valid=valid,
-            )
-    except H5_ERRORS as error:
-        raise damaged(path, error) from error
+    with Shard(path) as shard:
+        valid = None
+        if homography is not None:
+            valid = shard.dataset(camera, f"{schema.HOMOGRAPHY.name}/{homography}/valid")[:].tolist()
+        return _Frames(
+            tokens=shard.strings(camera, "sample_token"),
+            times_us=shard.dataset(camera, "timestamp_us")[:].tolist(),
+            destinations=shard.dataset(camera, "trajectory/future")[:, -1],
+            homography_valid=valid,
+        )
