@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -112,15 +113,8 @@ def system_command(entry: SystemEntry) -> TrainCommand:
     @setting_options(entry.settings)
     @shards_split_file_option
     @click.option("--overwrite", is_flag=True, help="Start over if RUN holds a training.")
-    def train_system(
-        shards: Path,
-        run: Path | None,
-        print_config: bool,
-        split_file: Path | None,
-        overwrite: bool,
-        **values: object,  # the settings, by their names
-    ) -> None:
-        _train(entry, values, shards, run, print_config, split_file, overwrite)
+    def train_system(**arguments: Any) -> None:  # noqa: ANN401  # of `_train`
+        _train(entry, **arguments)
 
     train_system.entry = entry
     return train_system
@@ -128,12 +122,12 @@ def system_command(entry: SystemEntry) -> TrainCommand:
 
 def _train(
     entry: SystemEntry,
-    values: dict[str, object],
     shards: Path,
     run: Path | None,
     print_config: bool,
     split_file: Path | None,
     overwrite: bool,
+    **values: object,  # the settings, by their names
 ) -> None:
     from .extras import require_train
 

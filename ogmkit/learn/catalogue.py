@@ -159,15 +159,6 @@ def entry_of(system: str) -> SystemEntry:
     return CATALOGUE[system]
 
 
-def training_settings(system: str, **values: Any) -> TrainSettings:  # noqa: ANN401  # of the record
-    """A system's settings, with its defaults where nothing is said.
-
-    Raises:
-        SettingsError: no system is called so, or a value is out of range.
-    """
-    return entry_of(system).settings(**values)
-
-
 def settings_from_dict(values: Mapping[str, Any]) -> TrainSettings:
     """The inverse of `TrainSettings.to_dict`.
 

@@ -195,16 +195,6 @@ def read_checkpoint(path: Path, *, mapped: bool = False) -> tuple[Card, dict[str
         raise CheckpointError(f"{path}: what it says of itself is damaged ({error}); {AGAIN}") from error
 
 
-def load_system(path: Path) -> tuple[Card, System]:
-    """The trained system of a checkpoint, on the CPU and ready to predict.
-
-    Raises:
-        CheckpointError: as `read_checkpoint`, or the weights are not this system's.
-    """
-    card, content = read_checkpoint(path)
-    return card, system_of(path, card, content["state_dict"])
-
-
 def system_of(path: Path, card: Card, weights: Mapping[str, Any]) -> System:
     """The trained system that a checkpoint's content makes, on the CPU and ready to predict.
 

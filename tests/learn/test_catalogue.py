@@ -8,7 +8,7 @@ import pytest
 
 from ogmkit.base.stated import stated_fields
 from ogmkit.errors import SettingsError
-from ogmkit.learn.catalogue import CATALOGUE, readers, settings_from_dict, training_settings
+from ogmkit.learn.catalogue import CATALOGUE, readers, settings_from_dict
 
 
 @pytest.mark.parametrize(
@@ -22,7 +22,7 @@ from ogmkit.learn.catalogue import CATALOGUE, readers, settings_from_dict, train
     ],
 )
 def test_the_papers_settings_of_stage_1_are_the_defaults(system, encoder, lr):
-    settings = training_settings(system)
+    settings = CATALOGUE[system].settings()
     assert (settings.encoder, settings.lr, settings.encoder_weights) == (encoder, lr, None)
     assert (settings.epochs, settings.batch_size, settings.optimizer, settings.clip_norm) == (
         100,
@@ -34,13 +34,17 @@ def test_the_papers_settings_of_stage_1_are_the_defaults(system, encoder, lr):
 
 @pytest.mark.parametrize("system", ["lstm-ed", "end-to-end", "mid-to-end", "holistic", "holistic-cv"])
 def test_the_papers_settings_of_stage_2_are_the_defaults(system):
-    settings = training_settings(system)
+    settings = CATALOGUE[system].settings()
     assert (settings.epochs, settings.batch_size, settings.lr, settings.momentum) == (200, 10, 1e-3, 0.9)
     assert settings.hidden == 128
 
 
 def test_oft_works_on_cells_of_a_metre_and_others_on_the_shards():
-    assert [training_settings(name).bev_cell_m for name in ("oft", "ved", "bev-lidar")] == [1.0, None, None]
+    assert [CATALOGUE[name].settings().bev_cell_m for name in ("oft", "ved", "bev-lidar")] == [
+        1.0,
+        None,
+        None,
+    ]
 
 
 def test_settings_are_read_by_the_systems_that_need_them():
@@ -71,20 +75,20 @@ def test_every_field_states_its_setting_and_has_a_default_of_its_own_type(system
 
 @pytest.mark.parametrize("system", CATALOGUE)
 def test_plain_values_and_back(system):
-    settings = training_settings(system, cameras=("CAM_FRONT",), split_ratio=(77, 9), lr=0.5, max_steps=7)
+    settings = CATALOGUE[system].settings(cameras=("CAM_FRONT",), split_ratio=(77, 9), lr=0.5, max_steps=7)
     values = json.loads(json.dumps(settings.to_dict()))
     assert values["system"] == system
     assert settings_from_dict(values) == settings
 
 
 def test_a_planner_without_the_past_is_called_so():
-    assert training_settings("holistic", no_past=True).label == "holistic-np"
-    assert training_settings("holistic").label == "holistic"
+    assert CATALOGUE["holistic"].settings(no_past=True).label == "holistic-np"
+    assert CATALOGUE["holistic"].settings().label == "holistic"
 
 
 def test_predicting_needs_neither_weights_nor_recomputation():
-    settings = training_settings("end-to-end", encoder_weights="imagenet", checkpoint_gradients=True)
-    assert settings.for_prediction() == training_settings("end-to-end")
+    settings = CATALOGUE["end-to-end"].settings(encoder_weights="imagenet", checkpoint_gradients=True)
+    assert settings.for_prediction() == CATALOGUE["end-to-end"].settings()
 
 
 @pytest.mark.parametrize(

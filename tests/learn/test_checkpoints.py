@@ -11,7 +11,7 @@ import torch
 from ogmkit.errors import CheckpointError, OutputError, SettingsError
 from ogmkit.grid import GridSpec
 from ogmkit.learn.catalogue import CATALOGUE
-from ogmkit.learn.checkpoints import Card, load_system, read_checkpoint, write_checkpoint
+from ogmkit.learn.checkpoints import Card, read_checkpoint, write_checkpoint
 from ogmkit.learn.checksums import add_checksum
 from ogmkit.learn.predict.run import open_run, require_grid, require_system
 from ogmkit.learn.runs import checkpoint_file
@@ -50,7 +50,8 @@ class Bomb:
 
 def test_a_system_comes_back_with_its_weights(tmp_path):
     net = save(tmp_path / "a.ckpt")
-    card, found = load_system(tmp_path / "a.ckpt")
+    run = open_run(tmp_path / "a.ckpt")
+    card, found = run.card, run.model
     assert (card.grid, card.cameras, card.settings.system) == (GRID, CAMERAS, "homography")
     assert not found.training
     for name, value in net.state_dict().items():
@@ -168,7 +169,7 @@ def test_weights_of_another_system_are_named(tmp_path):
     net = build_system(CATALOGUE["oft"].settings(image_size=(64, 96), channels=16, blocks=1), GRID, CAMERAS)
     save(tmp_path / "a.ckpt", state_dict=net.state_dict())
     with pytest.raises(CheckpointError, match="its weights are no homography"):
-        load_system(tmp_path / "a.ckpt")
+        _ = open_run(tmp_path / "a.ckpt").model
 
 
 def test_another_system_or_grid_is_refused(tmp_path, learn_shards):

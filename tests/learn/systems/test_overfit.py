@@ -6,9 +6,9 @@ import torch
 from ogmkit.footprints.settings import FootprintSettings
 from ogmkit.grid import GridSpec
 from ogmkit.learn.catalogue import CATALOGUE
-from ogmkit.learn.checkpoints import load_system
 from ogmkit.learn.data.frames import FrameDataset
 from ogmkit.learn.data.loader import EpochBatches, loader
+from ogmkit.learn.predict.run import open_run
 from ogmkit.learn.training.train import train
 from ogmkit.nuscenes.dataset import Dataset
 from ogmkit.pipeline.extract import extract
@@ -65,7 +65,7 @@ def learnt(tmp_path, shards, settings):
     """Scores of the last state on the frames that it was trained on."""
     run = tmp_path / "run"
     train(settings, shards, run)
-    _, system = load_system(run / "last.ckpt")
+    system = open_run(run / "last.ckpt").model
     index = index_frames(shards, ("scene-0001",), ("CAM_FRONT",), needs=system.spec, limit=4)
     frames = FrameDataset(index, system.spec)
     for batch in loader(frames, EpochBatches(4, 4, seed=0, shuffle=False), workers=0):

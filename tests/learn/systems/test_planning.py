@@ -7,7 +7,6 @@ import torch
 from ogmkit.errors import CheckpointError, SettingsError
 from ogmkit.grid import GridSpec
 from ogmkit.learn.catalogue import CATALOGUE
-from ogmkit.learn.checkpoints import load_system
 from ogmkit.learn.data.loader import EpochBatches, loader
 from ogmkit.learn.data.sequences import SequenceDataset
 from ogmkit.learn.predict.run import open_run
@@ -127,12 +126,12 @@ def test_masks_are_pooled_to_means_of_their_parts():
 def test_a_frozen_perception_stays(plan_shards, tmp_path, make_run):
     grid = read_manifest(plan_shards).settings.targets.grid
     stage_1 = make_run(tmp_path / "footprints", "footprints", grid, CAMERAS)
-    there = load_system(stage_1 / "best.ckpt")[1].state_dict()
+    there = open_run(stage_1 / "best.ckpt").model.state_dict()
     few = {"epochs": 2, "batch_size": 2, "lr": 1e-3, "perception": str(stage_1)}
     for freeze in (True, False):
         run = tmp_path / f"freeze-{freeze}"
         train(settings_of("holistic", **few, freeze=freeze), plan_shards, run)
-        found = load_system(run / "last.ckpt")[1].perception.state_dict()
+        found = open_run(run / "last.ckpt").model.perception.state_dict()
         alike = [torch.equal(value, there[f"net.{key}"]) for key, value in found.items()]
         assert all(alike) is freeze
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from ogmkit.errors import CheckpointError, OutputError, SettingsError, ShardError, TrainingError
-from ogmkit.learn.catalogue import training_settings
+from ogmkit.learn.catalogue import CATALOGUE
 from ogmkit.learn.runs import open_folder
 from ogmkit.learn.training.plan import plan_training
 from ogmkit.shards.manifest import read_manifest, write_manifest
@@ -16,7 +16,7 @@ SPLITS = {"train": ("scene-0001",), "val": ("scene-0002",)}
 
 
 def test_a_sound_training_has_its_settings_filled_in(learn_shards, tmp_path):
-    plan = plan_training(training_settings("footprints"), learn_shards, tmp_path / "run")
+    plan = plan_training(CATALOGUE["footprints"].settings(), learn_shards, tmp_path / "run")
     assert (plan.settings.masks, plan.settings.cameras, dict(plan.scenes)) == ("surface", CAMERAS, SPLITS)
     assert plan.grid.shape == (80, 60)
     assert list(tmp_path.iterdir()) == []
@@ -36,14 +36,14 @@ def test_a_sound_training_has_its_settings_filled_in(learn_shards, tmp_path):
 )
 def test_what_shards_lack_is_told(learn_shards, tmp_path, system, values, error, message):
     with pytest.raises(error, match=message):
-        plan_training(training_settings(system, **values), learn_shards, tmp_path / "run")
+        plan_training(CATALOGUE[system].settings(**values), learn_shards, tmp_path / "run")
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_frozen_perception_needs_no_masks(learn_shards, tmp_path):
     (tmp_path / "perception.ckpt").touch()
-    settings = training_settings(
-        "holistic-cv", masks="dlt", perception=str(tmp_path / "perception.ckpt"), freeze=True
+    settings = CATALOGUE["holistic-cv"].settings(
+        masks="dlt", perception=str(tmp_path / "perception.ckpt"), freeze=True
     )
     assert plan_training(settings, learn_shards, tmp_path / "run").settings.freeze
     with pytest.raises(ShardError, match="dlt"):
@@ -52,7 +52,7 @@ def test_a_frozen_perception_needs_no_masks(learn_shards, tmp_path):
 
 def test_a_folder_with_other_settings_is_refused_unless_it_is_to_be_overwritten(learn_shards, tmp_path):
     run = tmp_path / "run"
-    first = training_settings("lstm-ed", lr=1e-2)
+    first = CATALOGUE["lstm-ed"].settings(lr=1e-2)
     plan = plan_training(first, learn_shards, run)
     with open_folder(run, plan.settings, plan.scenes, overwrite=False):
         pass
@@ -67,7 +67,7 @@ def test_a_folder_with_other_settings_is_refused_unless_it_is_to_be_overwritten(
 
 def test_lidar_is_looked_for(learn_shards, tmp_path, make_without_lidar):
     with pytest.raises(ShardError, match="has no LiDAR points"):
-        plan_training(training_settings("bev-lidar"), make_without_lidar(learn_shards), tmp_path / "run")
+        plan_training(CATALOGUE["bev-lidar"].settings(), make_without_lidar(learn_shards), tmp_path / "run")
 
 
 @pytest.fixture
