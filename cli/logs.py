@@ -71,13 +71,13 @@ class _Terminal(logging.Handler):
     """Writes details to stderr, around a progress bar."""
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Write a detail; lines of other levels are there already."""
+        """Write a detail; other levels are written elsewhere."""
         if record.levelno == logging.DEBUG and not quiet():
             _write(self.format(record))
 
 
 def _write(line: str) -> None:
-    bars = sys.modules.get("tqdm")  # without it there is no bar
+    bars = sys.modules.get("tqdm")  # imported with the bar only
     if bars is None:
         click.echo(line, err=True)
     else:

@@ -37,7 +37,7 @@ def one_line(text: str) -> str:
 
 
 def lines_text(lines: Iterable[str]) -> str:
-    """Lines, each without line breaks or control characters of its own."""
+    """Join lines, escaping the line breaks and control characters inside each."""
     return "\n".join(map(one_line, lines))
 
 

@@ -36,7 +36,7 @@ def open_file(path: Path) -> BufferedReader:
     """Open a regular file for reading bytes.
 
     Raises:
-        OSError: as `file_status`, or there is no permission.
+        OSError: as `file_status`, or permission is denied.
     """
     file_status(path)  # to open a pipe or a device may already have an effect
     descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
@@ -71,7 +71,7 @@ def read_text(path: Path, most: int = MAX_BYTES) -> str:
     """All of a regular file of UTF-8 text; arguments and errors as of `read_bytes`.
 
     Raises:
-        UnicodeDecodeError: it is no UTF-8.
+        UnicodeDecodeError: it is not UTF-8.
     """
     return read_bytes(path, most).decode("utf-8")
 

@@ -35,7 +35,7 @@ def matching(kind: str, wanted: Sequence[str], known: Sequence[str], where: Path
         Names in the order of `known`, each once.
 
     Raises:
-        SettingsError: there is no such name, or a pattern matches none.
+        SettingsError: a name is unknown, or a pattern matches none.
     """
     found = set() if wanted else set(known)
     for one in wanted:

@@ -56,7 +56,7 @@ def read_figures(path: Path) -> tuple[Figure, ...]:
 
 
 def write_figures(path: Path, figures: Iterable[Figure]) -> None:
-    """Write a log anew, whole or not at all.
+    """Rewrite a log, completely or not at all.
 
     Raises:
         OutputError: the system refuses to write.

@@ -100,7 +100,7 @@ class FootprintsTraining(MaskTraining):
 
 @dataclass(frozen=True, kw_only=True)
 class OwnGridTraining(EncoderTraining):
-    """Of a system that predicts on a grid of its own."""
+    """Settings of a system that predicts on its own grid."""
 
     bev_cell_m: float | None = setting(
         None,

@@ -47,7 +47,7 @@ class Header:
 
     @classmethod
     def read(cls, path: Path) -> Self | None:
-        """Read a file's header; None where there is no whole file of this version."""
+        """Read a file's header; None if it is missing, incomplete or of another version."""
         try:
             with open_file(path) as file:
                 data = file.read(cls.SIZE)

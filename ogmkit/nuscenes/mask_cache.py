@@ -45,7 +45,7 @@ def cache_folder(cache_dir: Path | None = None) -> Path:
 
 
 def cached_masks(folder: Path) -> tuple[CachedMask, ...]:
-    """The decoded masks in a folder, by name, also what a killed run left; none where there is no folder.
+    """The decoded masks in a folder, by name, and what killed runs left; none if the folder is missing.
 
     Raises:
         OutputError: the folder can't be read.

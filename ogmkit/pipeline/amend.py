@@ -130,7 +130,7 @@ def _tasks(
     for entry in manifest.shards:
         path = out / entry.file
         if settled:
-            require_unchanged(path, entry)  # damage must not get a checksum of its own
+            require_unchanged(path, entry)  # else damage would get a valid checksum
         with Shard(path) as shard:
             require_sound(shard, entry, manifest)
             pending = pending_groups(shard, amendment, chosen, overwrite=overwrite)

@@ -187,7 +187,7 @@ def _declared(out: Path, names: set[str], manifest: Manifest | None) -> dict[str
 
 
 def _shard_configuration(path: Path) -> dict[str, Any] | None:
-    """A shard's configuration; None where the file is no shard or is damaged."""
+    """A shard's configuration; None if the file is not a shard or is damaged."""
     if path.suffix != ".h5":
         return None
     try:

@@ -49,7 +49,7 @@ class RecordDataset:
         scenes: the records.
 
     Raises:
-        SettingsError: there is no scene, two have the same name, or a name can't be a file's.
+        SettingsError: no scene is given, two have the same name, or a name can't be a file name.
     """
 
     root: Path
@@ -85,7 +85,7 @@ class RecordDataset:
         """One scene with the cameras asked for; sweeps and neighbours are those that the records name.
 
         Raises:
-            SettingsError: there is no such scene, or it lacks a camera.
+            SettingsError: the scene is unknown, or lacks a camera.
         """
         del lidar, step_s
         for scene in self.scenes:

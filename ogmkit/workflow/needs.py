@@ -23,7 +23,7 @@ def require_needs(config: Config) -> None:
         config: the configuration.
 
     Raises:
-        TableError: there is no such dataset, or its tables or the split file are damaged.
+        TableError: the dataset is missing, or its tables or the split file are damaged.
         SettingsError: the dataset lacks a scene, camera, category or split that a step asks for, or the
             shards would lack images that a network sees. The step's name is in front.
     """

@@ -58,7 +58,7 @@ def require_predictable(checkpoint: Path, shards: Path, choice: Choice) -> None:
         choice: which frames.
 
     Raises:
-        CheckpointError: there is no checkpoint.
+        CheckpointError: the checkpoint is missing.
         ShardError: the folder is not a finished extraction.
         SettingsError: a scene, split or camera is unknown, or no scene is left.
         TableError: the split file is absent or malformed.

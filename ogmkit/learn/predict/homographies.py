@@ -146,7 +146,7 @@ def predict_homographies(
 
     Raises:
         CheckpointError: there is no checkpoint, or it is damaged or of another system.
-        SettingsError: the name is not allowed, the grids differ, or there is no such camera.
+        SettingsError: the name is not allowed, the grids differ, or a camera is unknown.
         DataFileError: an image is absent or damaged.
         ShardError, OutputError, OgmkitError: as `ogmkit.pipeline.amend.amend`.
     """

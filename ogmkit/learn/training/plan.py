@@ -52,7 +52,7 @@ def plan_training(
         ShardError: shards lack what the system learns from.
         TrainingError: a split is empty.
         OutputError: `run` holds something else, or a training with other settings or scenes.
-        CheckpointError: there is no perception to begin with.
+        CheckpointError: the perception to start from is missing.
     """
     manifest = read_manifest(shards)
     full = completed(settings, shards, manifest)
