@@ -1,5 +1,6 @@
 """Datasets that both the official devkit and ogmkit read, in an environment that holds both."""
 
+import fcntl
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -48,23 +49,37 @@ def real_world(real_dataroot):
 
 
 @pytest.fixture(scope="session")
-def flat_world(tmp_path_factory):
-    return World.load(synthesized(tmp_path_factory, relief_m=0.0, seed=5))
+def flat_world(synthesized):
+    return World.load(synthesized("flat", relief_m=0.0, seed=5))
 
 
 @pytest.fixture(scope="session")
-def hilly_world(tmp_path_factory):
-    return World.load(synthesized(tmp_path_factory, relief_m=4.0, seed=6))
+def hilly_world(synthesized):
+    return World.load(synthesized("hilly", relief_m=4.0, seed=6))
 
 
-def synthesized(tmp_path_factory, **settings):
-    """Two scenes, so two maps; enough key frames for whole trajectories."""
-    root = tmp_path_factory.mktemp("synthetic") / "dataset"
-    synthesize(root, SynthesisSettings(scenes=2, frames=14, version=VERSION, lidar_azimuths=200, **settings))
-    return root
+@pytest.fixture(scope="session")
+def synthesized(tmp_path_factory):
+    """Two scenes, so two maps; enough key frames for whole trajectories. Made once for all processes."""
+    own = tmp_path_factory.getbasetemp()
+    base = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
+
+    def make(name, **settings):
+        root = base / f"synthetic-{name}"
+        with (base / f"synthetic-{name}.lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not root.exists():  # it appears when it is whole
+                wanted = SynthesisSettings(
+                    scenes=2, frames=14, version=VERSION, lidar_azimuths=200, **settings
+                )
+                synthesize(root, wanted)
+        return root
+
+    return make
 
 
-@pytest.fixture(scope="session", params=["flat_world", "hilly_world"])
+# test_extract.py begins with the flat one, in another process.
+@pytest.fixture(scope="session", params=["hilly_world", "flat_world"])
 def synthetic_world(request):
     return request.getfixturevalue(request.param)
 

@@ -1,5 +1,6 @@
 """Fixtures that several folders of tests share; test modules import nothing from each other."""
 
+import fcntl
 import hashlib
 import json
 import os
@@ -26,19 +27,38 @@ def real_dataroot():
 
 
 @pytest.fixture(scope="session")
-def tiny_dataroot(tmp_path_factory):
+def shared_folder(tmp_path_factory):
+    """A folder that is filled once for all processes: `shared_folder(name, fill)`; tests only read it.
+
+    `fill(folder)` gets the new folder. pytest-xdist gives each of its processes a folder within the run's.
+    """
+    own = tmp_path_factory.getbasetemp()
+    base = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
+
+    def make(name, fill):
+        folder, done = base / "shared" / name, base / "shared" / f"{name}.done"
+        folder.parent.mkdir(exist_ok=True)
+        with (base / "shared" / f"{name}.lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not done.exists():
+                folder.mkdir()
+                fill(folder)
+                done.touch()
+        return folder
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def tiny_dataroot(shared_folder):
     """A synthetic dataset of two scenes of eight key frames, two small cameras; tests only read it."""
     from ogmkit.synthetic.build import synthesize
     from ogmkit.synthetic.settings import SynthesisSettings
 
-    out = tmp_path_factory.mktemp("tiny") / "dataroot"
-    synthesize(
-        out,
-        SynthesisSettings(
-            scenes=2, frames=8, cameras=("CAM_FRONT", "CAM_BACK"), image_size=(90, 160), lidar_azimuths=180
-        ),
+    settings = SynthesisSettings(
+        scenes=2, frames=8, cameras=("CAM_FRONT", "CAM_BACK"), image_size=(90, 160), lidar_azimuths=180
     )
-    return out
+    return shared_folder("tiny", lambda folder: synthesize(folder / "dataroot", settings)) / "dataroot"
 
 
 @pytest.fixture(scope="session")
@@ -84,9 +104,9 @@ def make_plan_shards():
 
 
 @pytest.fixture(scope="session")
-def plan_shards(tmp_path_factory, make_plan_shards):
+def plan_shards(shared_folder, make_plan_shards):
     """Such shards of two scenes (train, val) with four sequences each; tests only read them."""
-    return make_plan_shards(tmp_path_factory.mktemp("plans"), 2, 16)
+    return shared_folder("plans", lambda folder: make_plan_shards(folder, 2, 16)) / "shards"
 
 
 @pytest.fixture(scope="session")
@@ -156,27 +176,26 @@ def sample_grid():
 
 
 @pytest.fixture(scope="session")
-def make_sample_shards(tiny_dataroot, sample_grid, tmp_path_factory):
-    """A folder of shards of the tiny dataset on that grid: `make(**targets)`."""
+def make_sample_shards(tiny_dataroot, sample_grid):
+    """Shards of the tiny dataset on that grid: `make(folder, **targets)`, in `folder / "out"`."""
     from ogmkit.nuscenes.dataset import Dataset
     from ogmkit.pipeline.extract import extract
     from ogmkit.shards.settings import ExtractSettings
     from ogmkit.target_settings import TargetSettings
 
-    def make(**targets):
-        out = tmp_path_factory.mktemp("shards") / "out"
+    def make(folder, **targets):
+        out = folder / "out"
         settings = ExtractSettings(TargetSettings(sample_grid, **targets), ("CAM_BACK", "CAM_FRONT"))
         with Dataset(tiny_dataroot) as dataset:
             scenes, splits = dataset.scene_names(), dataset.splits()
-            cache = tmp_path_factory.mktemp("cache")
-            extract(dataset, out, settings, scenes=scenes, splits=splits, cache_dir=cache)
+            extract(dataset, out, settings, scenes=scenes, splits=splits, cache_dir=folder / "cache")
         return out
 
     return make
 
 
 @pytest.fixture(scope="session")
-def sample_shards(make_sample_shards):
+def sample_shards(shared_folder, make_sample_shards):
     """Two scenes of eight frames, two cameras, images of 90 × 160, masks of 45 × 80.
 
     Homographies by `calibration` are in all frames, those by `dlt` in some. Tests only read it.
@@ -186,16 +205,18 @@ def sample_shards(make_sample_shards):
     from ogmkit.pipeline.homography_fit import fit_shards
     from ogmkit.pipeline.render_footprints import render_footprints
 
-    out = make_sample_shards(lidar=True)
-    fit_shards(out, ["surface", "calibration"])
-    fit_shards(out, ["dlt"], FitSettings(min_points=12))
-    for settings in (
-        FootprintSettings("calibration"),
-        FootprintSettings("dlt"),
-        FootprintSettings("calibration", scale=0.7, name="large"),
-    ):
-        render_footprints(out, settings)
-    return out
+    def fill(folder):
+        out = make_sample_shards(folder, lidar=True)
+        fit_shards(out, ["surface", "calibration"])
+        fit_shards(out, ["dlt"], FitSettings(min_points=12))
+        for settings in (
+            FootprintSettings("calibration"),
+            FootprintSettings("dlt"),
+            FootprintSettings("calibration", scale=0.7, name="large"),
+        ):
+            render_footprints(out, settings)
+
+    return shared_folder("samples", fill) / "out"
 
 
 @pytest.fixture

@@ -90,12 +90,14 @@ class Dataset:
         """
         found = self._names(
             "SELECT DISTINCT m.filename FROM map m JOIN log l ON list_contains(m.log_tokens, l.token) "
-            "WHERE l.location = ?",
+            "WHERE l.location = ? ORDER BY 1",
             location,
         )
         if not found:
             raise SettingsError(
-                unknown("location", location, self._names("SELECT DISTINCT location FROM log"))
+                unknown(
+                    "location", location, self._names("SELECT DISTINCT location FROM log ORDER BY location")
+                )
             )
         return found[0]
 

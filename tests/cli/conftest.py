@@ -75,12 +75,14 @@ def start():
 
 
 @pytest.fixture(scope="session")
-def extracted(tmp_path_factory, tiny_dataroot):
+def extracted(shared_folder, tiny_dataroot):
     """Shards of two cameras; tests only read them."""
-    out = tmp_path_factory.mktemp("extracted") / "out"
     grid = ["--cell-size", "0.5", "--rows", "60", "--columns", "40"]
     cameras = ["--camera", "CAM_FRONT", "--camera", "CAM_BACK"]
-    cache = ["--cache-dir", str(tmp_path_factory.mktemp("cache"))]
-    result = CliRunner().invoke(main, ["extract", str(tiny_dataroot), str(out), *grid, *cameras, *cache])
-    assert result.exit_code == 0, result.output
-    return out
+
+    def fill(folder):
+        paths = [str(tiny_dataroot), str(folder / "out"), "--cache-dir", str(folder / "cache")]
+        result = CliRunner().invoke(main, ["extract", *paths, *grid, *cameras])
+        assert result.exit_code == 0, result.output
+
+    return shared_folder("extracted", fill) / "out"

@@ -169,6 +169,7 @@ def weights(out):
     return read_checkpoint(out / "last.ckpt")[1]["state_dict"]
 
 
+@pytest.mark.slow
 def test_killed_and_interrupted_it_ends_with_the_same_weights(shards, tmp_path, start):
     import torch
 

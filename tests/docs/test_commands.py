@@ -1,6 +1,7 @@
 """Every command and example of the pages runs: bash expands a page's lines, and each command runs here.
 
-Trainings are two steps of a small network, and rasters are coarse.
+Trainings are two steps of a small network, and rasters are coarse. Those of docs/reproduce.md and what needs
+them take longer (`make slow`); of these, the gate parses the options.
 """
 
 import contextlib
@@ -100,6 +101,14 @@ def make_world(folder, version="v1.0-mini"):
     synthesize(folder, settings)
 
 
+@pytest.mark.parametrize("page", ["README.md", "docs/reproduce.md", "docs/predict.md"])
+def test_the_options_of_every_command_exist(page):
+    for block in blocks(page, "sh"):
+        for arguments in command_lines(block):
+            found, start = parsed_command(arguments)
+            found.make_parser(click.Context(found)).parse_args(arguments[start:])
+
+
 @pytest.fixture(scope="module")
 def reproduced(tmp_path_factory):
     """A folder in which the blocks of docs/reproduce.md ran, on a synthetic dataset of 28 frames."""
@@ -112,6 +121,7 @@ def reproduced(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_reproducing_the_paper(reproduced):
     assert len(list((reproduced / "sheets").iterdir())) > 0
     assert len(list((reproduced / "runs").glob("*/best.ckpt"))) == 14
@@ -133,6 +143,7 @@ def put_images(count):
         cv2.imwrite(str(folder / f"{number:04}.jpg"), np.full((900, 1600, 3), 90 + number, np.uint8))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("calibration", [0, 1])
 def test_predicting_grids(beside, calibration):
     put_images(2)
@@ -144,6 +155,7 @@ def test_predicting_grids(beside, calibration):
     assert list((beside / "pictures").glob("*.png"))
 
 
+@pytest.mark.slow
 def test_predicting_plans(beside):
     put_images(6)
     Path("plan.json").write_text(blocks("docs/predict.md", "json")[2])

@@ -29,7 +29,7 @@ else:
 
 
 @pytest.fixture(scope="session")
-def learn_shards(tmp_path_factory, tiny_dataroot):
+def learn_shards(shared_folder, tiny_dataroot):
     """Two scenes (train, val) of two cameras on an off-centre grid, with LiDAR, homographies and footprints.
 
     Tests only read it.
@@ -43,20 +43,22 @@ def learn_shards(tmp_path_factory, tiny_dataroot):
     from ogmkit.shards.settings import ExtractSettings
     from ogmkit.target_settings import TargetSettings
 
-    folder = tmp_path_factory.mktemp("learn")
-    out = folder / "shards"
     grid = GridSpec(0.5, 80, 60, 80.0, 34.0)
     settings = ExtractSettings(TargetSettings(grid, lidar=True), ("CAM_FRONT", "CAM_BACK"))
-    with Dataset(tiny_dataroot) as dataset:
-        extract(
-            dataset,
-            out,
-            settings,
-            scenes=dataset.scene_names(),
-            splits=dataset.splits(),
-            cache_dir=folder / "cache",
-        )
-    fit_shards(out, ("surface", "calibration"))
-    for method in ("warp", "full-body"):
-        render_footprints(out, FootprintSettings(method=method, scale=1.0))
-    return out
+
+    def fill(folder):
+        out = folder / "shards"
+        with Dataset(tiny_dataroot) as dataset:
+            extract(
+                dataset,
+                out,
+                settings,
+                scenes=dataset.scene_names(),
+                splits=dataset.splits(),
+                cache_dir=folder / "cache",
+            )
+        fit_shards(out, ("surface", "calibration"))
+        for method in ("warp", "full-body"):
+            render_footprints(out, FootprintSettings(method=method, scale=1.0))
+
+    return shared_folder("learn", fill) / "shards"

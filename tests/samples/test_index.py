@@ -1,6 +1,5 @@
 import dataclasses
 import pickle
-import shutil
 
 import h5py
 import numpy as np
@@ -160,7 +159,7 @@ def test_only_trajectories_called_valid_need_every_point(copied_shards, change):
         require_finite_poses(index)
 
 
-def test_images_by_reference_are_read_from_the_dataset(make_sample_shards, sample_shards):
+def test_images_by_reference_are_read_from_the_dataset(make_sample_shards, sample_shards, tmp_path):
     def images(folder):
         index = index_frames(folder, SCENES[:1], ["CAM_BACK"], needs=IMAGE)
         with Shard(index.paths[0]) as shard:
@@ -169,13 +168,13 @@ def test_images_by_reference_are_read_from_the_dataset(make_sample_shards, sampl
     stored = images(sample_shards)
 
     assert stored.shape == (8, 45, 80, 3)
-    assert (images(make_sample_shards(images="reference")) == stored).all()
+    assert (images(make_sample_shards(tmp_path, images="reference")) == stored).all()
 
 
 @pytest.fixture(scope="module")
-def bare(make_sample_shards):
+def bare(make_sample_shards, tmp_path_factory):
     """Shards without images and LiDAR points; tests only read it."""
-    return make_sample_shards(images="none")
+    return make_sample_shards(tmp_path_factory.mktemp("bare"), images="none")
 
 
 @pytest.mark.parametrize(
@@ -216,7 +215,7 @@ def test_missing_masks_are_said_with_their_command(sample_shards):
 
 
 def test_images_whose_dataset_is_gone(make_sample_shards, tmp_path):
-    out = shutil.copytree(make_sample_shards(images="reference"), tmp_path / "out")
+    out = make_sample_shards(tmp_path, images="reference")
     write_manifest(out, dataclasses.replace(read_manifest(out), dataroot="/nowhere"))
 
     with pytest.raises(ShardError, match=r"out: its images lie in /nowhere, which is absent; bring it back"):

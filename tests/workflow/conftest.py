@@ -61,7 +61,7 @@ def _cache(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def finished(tmp_path_factory, chain_config):
+def finished(shared_folder, chain_config):
     """The folder of a chain that is done; tests only read it."""
     pytest.importorskip("torch", reason="torch is not installed: pip install 'ogmkit[train]'")
     import torch
@@ -69,6 +69,4 @@ def finished(tmp_path_factory, chain_config):
     from ogmkit.workflow.chain import run_chain
 
     torch.set_num_threads(1)
-    out = tmp_path_factory.mktemp("chain") / "out"
-    run_chain(chain_config(out))
-    return out
+    return shared_folder("chain", lambda folder: run_chain(chain_config(folder / "out"))) / "out"

@@ -252,7 +252,7 @@ def test_damage_is_named(make, copied_shards):
 
 
 def test_an_absent_image_is_named(make, make_sample_shards, tmp_path, tiny_dataroot):
-    out = make_sample_shards(images="reference")
+    out = make_sample_shards(tmp_path, images="reference")
     root = tmp_path / "dataset"
     root.mkdir()
     write_manifest(out, dataclasses.replace(read_manifest(out), dataroot=str(root)))

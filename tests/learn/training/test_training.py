@@ -91,10 +91,15 @@ def test_each_system_trains_and_leaves_a_whole_run(tmp_path, learn_shards, syste
 @pytest.mark.parametrize(
     ("system", "more", "step"),
     [
-        ("homography", {}, 6),
+        pytest.param("homography", {}, 6, marks=pytest.mark.slow),
         ("footprints", {"accumulate": 2, "checkpoint_every": 1}, 3),
-        ("footprints", {"checkpoint_every": 1, "optimizer": "adamw", "schedule": "cosine"}, 8),
-        ("ved", {"checkpoint_every": 2}, 7),
+        pytest.param(
+            "footprints",
+            {"checkpoint_every": 1, "optimizer": "adamw", "schedule": "cosine"},
+            8,
+            marks=pytest.mark.slow,
+        ),
+        pytest.param("ved", {"checkpoint_every": 2}, 7, marks=pytest.mark.slow),
     ],
 )
 def test_killed_within_an_epoch_and_resumed_the_weights_are_the_same(
@@ -112,7 +117,7 @@ def test_killed_within_an_epoch_and_resumed_the_weights_are_the_same(
     assert (whole / "metrics.csv").read_text() == (cut / "metrics.csv").read_text()
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)])
 def test_workers_and_interruptions_change_nothing(tmp_path, learn_shards, number):
     whole, cut = tmp_path / "whole", tmp_path / "cut"
     train(settings("footprints", epochs=2), learn_shards, whole)

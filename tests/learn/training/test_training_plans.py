@@ -34,7 +34,9 @@ def weights(run):
     [
         ("lstm-ed", {"epochs": 3, "optimizer": "adamw", "schedule": "cosine"}),
         ("mid-to-end", {"flip": 0.5, "no_past": True}),
-        ("holistic", {"flip": 0.5, "colour": 0.2, "checkpoint_gradients": True}),
+        pytest.param(
+            "holistic", {"flip": 0.5, "colour": 0.2, "checkpoint_gradients": True}, marks=pytest.mark.slow
+        ),
     ],
 )
 def test_killed_and_resumed_the_weights_are_the_same(tmp_path, plan_shards, system, more):
