@@ -28,12 +28,18 @@ def ratio(value: str | Sequence[int]) -> tuple[int, int]:
     return int(left), int(right)
 
 
-def setting_options(cls: type[Any]) -> Callable[[Function], Function]:
-    """An option for each field of a record that states its setting, handed on by the fields' names."""
+def setting_options(cls: type[Any], *names: str) -> Callable[[Function], Function]:
+    """An option for each field of a record that states its setting, handed on by the fields' names.
+
+    Args:
+        cls: the record's type.
+        names: the fields; none means all.
+    """
     hints, record = get_type_hints(cls), cls()
     options = [
         _option(name, stated, hints[name], getattr(record, name))
         for name, stated in stated_fields(cls).items()
+        if not names or name in names
     ]
 
     def decorate(function: Function) -> Function:

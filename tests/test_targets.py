@@ -117,6 +117,15 @@ def test_an_image_that_is_no_whole_jpeg_is_named_with_its_record_and_the_remedy(
         read_image(frame)
 
 
+def test_a_png_is_kept_byte_by_byte(frame, build):
+    height, width = frame.image_size
+    done, data = cv2.imencode(".png", np.full((height, width, 3), 77, np.uint8))
+    assert done
+    (frame.dataroot / "image.jpg").write_bytes(data.tobytes())
+
+    assert build(frame).image == data.tobytes()
+
+
 def test_an_image_of_another_size_than_the_table_s_is_refused(frame):
     _write_jpeg(frame.dataroot / "image.jpg", (40, 24))
     with pytest.raises(DataFileError, match=r"is 24 × 40 pixels, by its table 40 × 24.*--images none"):

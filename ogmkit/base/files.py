@@ -9,6 +9,7 @@ import os
 import stat
 from io import BufferedReader
 from pathlib import Path
+from typing import Literal
 
 MAX_BYTES = 1 << 28
 """Of a file that is read whole: 256 MiB."""
@@ -74,6 +75,18 @@ def read_text(path: Path, most: int = MAX_BYTES) -> str:
         UnicodeDecodeError: it is not UTF-8.
     """
     return read_bytes(path, most).decode("utf-8")
+
+
+def is_lfs_pointer(head: bytes) -> bool:
+    """Whether a file that begins so only stands for one that git-LFS has not fetched."""
+    return head.startswith(b"version https://git-lfs.github.com/")
+
+
+def fault_of(error: OSError) -> Literal["absent", "damaged", "unreadable"]:
+    """What a refusal says: of the file, or (`unreadable`) of the system, which may let it be read another time."""
+    if isinstance(error, FileNotFoundError | NotADirectoryError):
+        return "absent"
+    return "damaged" if error.errno in (errno.EISDIR, errno.EINVAL, errno.EFBIG) else "unreadable"
 
 
 def _require_regular(path: Path, status: os.stat_result) -> None:

@@ -1,9 +1,10 @@
 """Whether a file looks like a table: a JSON array that is closed at its end."""
 
+import codecs
 import os
 from pathlib import Path
 
-from ogmkit.base.files import open_file
+from ogmkit.base.files import is_lfs_pointer, open_file
 from ogmkit.errors import TableError
 
 REMEDY = "extract the metadata archive again"
@@ -30,6 +31,12 @@ def require_array(path: Path) -> None:
         ) from error
     if not head and not tail:
         raise TableError(f"{path}: empty file, not a JSON array of records; {REMEDY}")
+    if is_lfs_pointer(head):
+        raise TableError(f"{path}: a git-LFS pointer, not the table itself; run git lfs pull")
+    if head.startswith(codecs.BOM_UTF8):
+        raise TableError(f"{path}: begins with a byte-order mark; remove it: ogmkit check --fix")
+    if head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        raise TableError(f"{path}: UTF-16 text; write it as UTF-8")
     if head[:1] == b"<":
         raise TableError(f"{path}: an HTML or XML page, not a JSON table; download and {REMEDY}")
     if head[:1] == b"{":

@@ -1,5 +1,6 @@
 """Categories are chosen by the beginning of their names (design.md §3)."""
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -34,6 +35,10 @@ OFFICIAL = (
 """nuScenes' 23 object categories."""
 
 
+VEHICLE_WORD = r"(^|[._ -])(car|truck|bus|van|vehicle)([._ -]|$)"
+"""Of a category's name in lower case, in Python and in DuckDB (RE2): converters call vehicles so."""
+
+
 def require_known(wanted: Sequence[str], known: Sequence[str], root: Path) -> None:
     """Check that each beginning of a name stands for at least one category.
 
@@ -43,7 +48,8 @@ def require_known(wanted: Sequence[str], known: Sequence[str], root: Path) -> No
         root: the dataset's, for the message.
 
     Raises:
-        SettingsError: nothing is wanted, or a beginning fits no category.
+        SettingsError: nothing is wanted, a beginning fits no category, or none fits one of the dataset's own,
+            which names its vehicles in another way.
     """
     if not wanted:
         raise SettingsError("no category chosen; give full names or prefixes such as vehicle.")
@@ -51,3 +57,10 @@ def require_known(wanted: Sequence[str], known: Sequence[str], root: Path) -> No
     for name in wanted:
         if not name or not any(category.startswith(name) for category in everything):
             raise SettingsError(f"{root}: {unknown('category', name, everything)}")
+    if not any(category.startswith(tuple(wanted)) for category in known):
+        vehicles = [category for category in known if re.search(VEHICLE_WORD, category.lower())]
+        if vehicles:
+            raise SettingsError(
+                f"{root}: no category begins with {' or '.join(wanted)}; the dataset's own names would fit: "
+                f"--categories {','.join(vehicles)}"
+            )

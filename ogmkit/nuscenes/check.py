@@ -1,36 +1,52 @@
 """`ogmkit check`: all rules on all records and files of a dataset, with counts and first examples.
 
-An error is what makes the extraction of some scene fail, whatever the settings; all else is a warning.
+An error is what makes the extraction of some scene fail for the use in question; all else is a warning.
 """
 
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from ogmkit.errors import TableError
+from ogmkit.base.names import unknown
+from ogmkit.errors import SettingsError, TableError
+from ogmkit.nuscenes.categories import require_known
 from ogmkit.nuscenes.files import FILE_RULES, file_problems
+from ogmkit.nuscenes.found import with_found
 from ogmkit.nuscenes.paths import one_line
-from ogmkit.nuscenes.rules import Rule, find_violations
+from ogmkit.nuscenes.plausible import FIGURES, implausible
+from ogmkit.nuscenes.rules import CONCERNS, Rule, find_violations, rules
 from ogmkit.nuscenes.schema import EDGE_TABLES, TABLES
 from ogmkit.nuscenes.splits import SPLITS_FILE, read_split_file, require_present
-from ogmkit.nuscenes.tables import Tables, find_version
-from ogmkit.nuscenes.uses import prepare
+from ogmkit.nuscenes.tables import Tables
+from ogmkit.nuscenes.uses import Use, prepare
+from ogmkit.nuscenes.versions import find_version
 
 EXAMPLES = 3
 """First examples that a finding holds."""
 
 Severity = Literal["error", "warning"]
+_USE = Use()
 
-_COUNTS = """
-SELECT scene IS NOT NULL, count(DISTINCT (source, record, detail)) FROM violation
-WHERE rule = ? GROUP BY 1 ORDER BY 1 DESC
+_FATAL = f"(scene IS NOT NULL AND {CONCERNS})"
+# A record that is used in several ways counts once, for the worst.
+_COUNTS = f"""
+SELECT fatal, count(*) FROM (
+    SELECT bool_or({_FATAL}) AS fatal FROM violation WHERE rule = $rule GROUP BY source, record, detail
+) GROUP BY 1 ORDER BY 1 DESC
 """
-_FIRST = """
-SELECT source, record, detail, min(s.name) FROM violation v LEFT JOIN scene s ON s.token = v.scene
-WHERE v.rule = ? AND (v.scene IS NOT NULL) = ?
-GROUP BY source, record, detail ORDER BY min(v.rowid) LIMIT ?
+_FIRST = f"""
+SELECT source, record, detail, name FROM (
+    SELECT source, record, detail, min(s.name) AS name, min(v.rowid) AS first, bool_or({_FATAL}) AS fatal
+    FROM violation v LEFT JOIN scene s ON s.token = v.scene WHERE v.rule = $rule
+    GROUP BY source, record, detail
+) WHERE fatal = $fatal ORDER BY first LIMIT $examples
+"""
+_LACKING = """
+SELECT s.name, u.channel FROM scene s CROSS JOIN (SELECT unnest($channels) AS channel) u
+ANTI JOIN key_frame k ON k.scene = s.token AND k.channel = u.channel
+WHERE s.name IS NOT NULL ORDER BY ALL
 """
 
 
@@ -40,7 +56,7 @@ class Finding:
 
     Attributes:
         rule: its number, such as R301.
-        severity: `error` where a scene can't be extracted for it, else `warning`.
+        severity: `error` where a scene can't be extracted for it in the use in question, else `warning`.
         title: what is wrong.
         remedy: what to do.
         count: in how many records, tables or files.
@@ -56,13 +72,20 @@ class Finding:
 
 
 def check_dataset(
-    dataset_root: Path, version: str | None = None, *, on_progress: Callable[[int, int], None] | None = None
+    dataset_root: Path,
+    version: str | None = None,
+    *,
+    use: Use = _USE,
+    exclude: Sequence[str] = (),
+    on_progress: Callable[[int, int], None] | None = None,
 ) -> tuple[Finding, ...]:
     """Apply every rule to a dataset.
 
     Args:
         dataset_root: holds `v1.0-…/`, `samples/` and `maps/`.
         version: the version folder's name; None where there is only one `v1.0-*`.
+        use: what the dataset is to be used for; what `extract` makes by default.
+        exclude: numbers of rules whose findings are left out.
         on_progress: called with the number of files looked at and of all.
 
     Returns:
@@ -71,23 +94,42 @@ def check_dataset(
 
     Raises:
         TableError: the root or its version folder is absent.
-        SettingsError: the version is absent, or several are there and none was asked for.
+        SettingsError: the version is absent, or several are there and none was asked for; a rule is
+            unknown.
     """
+    for rule in exclude:
+        if rule not in _rule_ids():
+            raise SettingsError(unknown("rule", rule, _rule_ids()))
+    found = _findings(dataset_root, version, use, on_progress)
+    return tuple(finding for finding in found if finding.rule not in exclude)
+
+
+def _rule_ids() -> tuple[str, ...]:
+    own = ("R101", "R102", "R404", "R606", "R807")
+    on_records = (rule.id for rule in rules(complete=True))
+    return tuple(sorted({*own, *FILE_RULES, *on_records, *(figure.id for figure in FIGURES)}))
+
+
+def _findings(
+    dataset_root: Path, version: str | None, use: Use, on_progress: Callable[[int, int], None] | None
+) -> tuple[Finding, ...]:
     folder = dataset_root / find_version(dataset_root, version)
     with Tables(folder, complete=True) as tables:
-        findings = list(_load(tables))
+        findings = list(_load(tables, use))
         if any(finding.severity == "error" for finding in findings):
             return tuple(findings)
         prepare(tables)
         findings += _scene_findings(tables)
         for rule in find_violations(tables):
-            findings += _broken(tables, rule)
+            findings += _broken(tables, rule, use)
+        findings += _lacking_findings(tables, use)
         findings += _split_findings(tables, dataset_root)
-        findings += _file_findings(tables, dataset_root, on_progress)
-    return tuple(findings)
+        findings += _file_findings(tables, dataset_root, use, on_progress)
+        findings += _whole_findings(tables, dataset_root, use)
+    return tuple(sorted(findings, key=lambda finding: finding.rule))
 
 
-def _load(tables: Tables) -> Iterator[Finding]:
+def _load(tables: Tables, use: Use) -> Iterator[Finding]:
     """Load what can be loaded; a finding for each severity among the tables that can't."""
     problems: dict[Severity, list[str]] = {"error": [], "warning": []}
     for table in TABLES:
@@ -95,7 +137,8 @@ def _load(tables: Tables) -> Iterator[Finding]:
             tables.load(table)
         except TableError as error:
             tables.load_empty(table)
-            problems["error" if table in EDGE_TABLES else "warning"].append(str(error))
+            needed = table in EDGE_TABLES and (use.maps or table != "map")
+            problems["error" if needed else "warning"].append(str(error))
     for severity, lines in problems.items():
         if lines:
             title, remedy = "table is missing or unreadable", "extract the metadata archive again"
@@ -108,13 +151,43 @@ def _scene_findings(tables: Tables) -> Iterator[Finding]:
         yield Finding("R102", "error", title, remedy, 1, ("scene.json: no record has a name",))
 
 
-def _broken(tables: Tables, rule: Rule) -> Iterator[Finding]:
-    for used, count in tables.rows(_COUNTS, [rule.id]):
+def _broken(tables: Tables, rule: Rule, use: Use) -> Iterator[Finding]:
+    values = {"rule": rule.id, "channels": list(use.channels), "maps": use.maps}
+    for fatal, count in tables.rows(_COUNTS, values):
         examples = tuple(
-            one_line(f"{source}.json: record {record}: {detail}" + (f" [{scene}]" if scene else ""))
-            for source, record, detail, scene in tables.rows(_FIRST, [rule.id, used, EXAMPLES])
+            _example(tables, rule, *row)
+            for row in tables.rows(_FIRST, values | {"fatal": fatal, "examples": EXAMPLES})
         )
-        yield Finding(rule.id, "error" if used else "warning", rule.title, rule.remedy, count, examples)
+        yield Finding(rule.id, "error" if fatal else "warning", rule.title, rule.remedy, count, examples)
+
+
+def _example(tables: Tables, rule: Rule, source: str, record: str, detail: str, scene: str | None) -> str:
+    detail = with_found(tables, rule.id, source, record, detail)
+    return one_line(f"{source}.json: record {record}: {detail}" + (f" [{scene}]" if scene else ""))
+
+
+def _lacking_findings(tables: Tables, use: Use) -> Iterator[Finding]:
+    """Scenes without a single key frame of a camera or LiDAR that is used."""
+    lacking = tables.rows(_LACKING, {"channels": list(use.channels)})
+    if lacking:
+        first = lacking[:EXAMPLES]
+        lines = tuple(one_line(f"{scene}: no key frame of {channel}") for scene, channel in first)
+        known = tables.rows("SELECT DISTINCT channel FROM key_frame WHERE channel IS NOT NULL ORDER BY 1")
+        there = ", ".join(name for (name,) in known) or "none"
+        title, remedy = "scene lacks a camera", f"leave it out, or name what is there: {one_line(there)}"
+        yield Finding("R404", "error", title, remedy, len(lacking), lines)
+
+
+def _whole_findings(tables: Tables, root: Path, use: Use) -> Iterator[Finding]:
+    """What only the dataset as a whole tells."""
+    for figure, text in implausible(tables):
+        yield Finding(figure.id, "warning", figure.title, figure.remedy, 1, (text,))
+    names = tables.rows("SELECT name FROM category WHERE name IS NOT NULL ORDER BY name")
+    try:
+        require_known(use.categories, [name for (name,) in names], root)
+    except SettingsError as error:
+        title, remedy = "no category is a vehicle", "name the dataset's own with --categories"
+        yield Finding("R807", "error", title, remedy, 1, (one_line(str(error)),))
 
 
 def _split_findings(tables: Tables, root: Path) -> Iterator[Finding]:
@@ -129,7 +202,7 @@ def _split_findings(tables: Tables, root: Path) -> Iterator[Finding]:
 
 
 def _file_findings(
-    tables: Tables, root: Path, on_progress: Callable[[int, int], None] | None
+    tables: Tables, root: Path, use: Use, on_progress: Callable[[int, int], None] | None
 ) -> Iterator[Finding]:
     counts: Counter[tuple[str, bool]] = Counter()
     examples: defaultdict[tuple[str, bool], list[str]] = defaultdict(list)
@@ -142,7 +215,7 @@ def _file_findings(
         if on_progress is not None:
             on_progress(seen, total)
 
-    for rule, fatal, text in file_problems(tables, root, tick):
+    for rule, fatal, text in file_problems(tables, root, use, tick):
         counts[rule, fatal] += 1
         if counts[rule, fatal] <= EXAMPLES:
             examples[rule, fatal].append(one_line(text))

@@ -9,16 +9,20 @@ from ogmkit.base.steps import STEP_S
 from ogmkit.errors import SettingsError, TableError
 from ogmkit.frames import SceneRecord
 from ogmkit.nuscenes import splits as split_lists
+from ogmkit.nuscenes.found import with_found
 from ogmkit.nuscenes.overview import SceneOverview, scene_overviews
 from ogmkit.nuscenes.paths import one_line
 from ogmkit.nuscenes.records import SceneKey, frame_records, lidar_records, read_boxes, read_images
-from ogmkit.nuscenes.rules import Rule, find_violations
+from ogmkit.nuscenes.rules import CONCERNS, Rule, find_violations
 from ogmkit.nuscenes.schema import EDGE_TABLES
-from ogmkit.nuscenes.tables import Tables, find_version
-from ogmkit.nuscenes.uses import LIDAR, prepare
+from ogmkit.nuscenes.tables import Tables
+from ogmkit.nuscenes.uses import prepare
+from ogmkit.nuscenes.versions import find_version
 
 _REMEDY = "extract the metadata archive again, or leave the scene out"
 _NAME = "coalesce(name, token)"
+_DISPENSABLE = ("map", "visibility")
+"""Tables that records can do without: of maps where none is asked for; without the other, it is unknown."""
 
 
 class Dataset:
@@ -44,8 +48,9 @@ class Dataset:
         self._rules: dict[str, Rule] = {}
         try:
             for table in EDGE_TABLES:
-                self._tables.load(table)
-            self._load_visibility()
+                if table not in _DISPENSABLE:
+                    self._tables.load(table)
+            self._unread = {table: self._load_or_leave(table) for table in _DISPENSABLE}
             prepare(self._tables)
         except BaseException:
             self._tables.close()
@@ -69,10 +74,7 @@ class Dataset:
 
     def channels(self) -> tuple[str, ...]:
         """Channel names of all cameras, sorted."""
-        return self._names(
-            "SELECT DISTINCT channel FROM sensor WHERE modality = 'camera' AND channel IS NOT NULL "
-            "ORDER BY channel"
-        )
+        return self._channels("camera")
 
     def categories(self) -> tuple[str, ...]:
         """Names of all object categories that the dataset lists, sorted."""
@@ -119,18 +121,25 @@ class Dataset:
         return split_lists.find_split(self.root, self.scene_names(), name, split_file)
 
     def scene(
-        self, name: str, cameras: Sequence[str], *, lidar: bool = False, step_s: float = STEP_S
+        self,
+        name: str,
+        cameras: Sequence[str],
+        *,
+        lidar: str | None = None,
+        step_s: float = STEP_S,
+        maps: bool = True,
     ) -> SceneRecord:
         """One scene's frames by camera, in temporal order.
 
         Args:
             name: the scene's.
             cameras: channel names.
-            lidar: give each frame its sample's LiDAR sweep too.
+            lidar: the channel whose sweep of the same sample each frame gets too, such as `LIDAR_TOP`.
             step_s: time from one of a frame's neighbours to the next.
+            maps: name each frame's map mask too; False asks nothing of the table of maps.
 
         Raises:
-            SettingsError: there is no such scene or camera.
+            SettingsError: there is no such scene, camera or LiDAR.
             TableError: a record that these frames use breaks a rule.
         """
         found = self._tables.rows(f"SELECT token FROM scene WHERE {_NAME} = ?", [name])
@@ -139,14 +148,17 @@ class Dataset:
         for camera in cameras:
             if camera not in self.channels():
                 raise SettingsError(f"{self.root}: {unknown('camera', camera, self.channels())}")
+        if lidar is not None and lidar not in self._channels("lidar"):
+            problem = unknown("LiDAR channel", lidar, self._channels("lidar"))
+            raise SettingsError(f"{self.root}: {problem}; choose one with --lidar-channel")
         token = found[0][0]
         if token is None:
             raise TableError(f"{self._tables.path('scene')}: scene {one_line(name)} has no token; {_REMEDY}")
-        channels = (*cameras, LIDAR) if lidar else tuple(cameras)
-        self._require_sound(token, name, channels)
-        key = self._scene_key(token, name)
+        channels = tuple(cameras) if lidar is None else (*cameras, lidar)
+        self._require_sound(token, name, channels, maps=maps)
+        key = self._scene_key(token, name, maps=maps)
         boxes = read_boxes(self._tables, token)
-        sweeps = lidar_records(read_images(self._tables, token, LIDAR)) if lidar else {}
+        sweeps = {} if lidar is None else lidar_records(read_images(self._tables, token, lidar))
         frames = {
             camera: frame_records(
                 key, camera, read_images(self._tables, token, camera), boxes, sweeps, step_s
@@ -155,34 +167,48 @@ class Dataset:
         }
         return SceneRecord(name=name, location=key.location, cameras=frames)
 
-    def _load_visibility(self) -> None:
-        """Records can do without: where it can't be read, visibility is unknown."""
-        try:
-            self._tables.load("visibility")
-        except TableError:
-            self._tables.load_empty("visibility")
+    def _channels(self, modality: str) -> tuple[str, ...]:
+        return self._names(
+            "SELECT DISTINCT channel FROM sensor WHERE modality = ? AND channel IS NOT NULL ORDER BY channel",
+            modality,
+        )
 
-    def _scene_key(self, token: str, name: str) -> SceneKey:
+    def _load_or_leave(self, table: str) -> TableError | None:
+        """Load a table, or an empty one in its place where it can't be read: then why."""
+        try:
+            self._tables.load(table)
+        except TableError as error:
+            self._tables.load_empty(table)
+            return error
+        return None
+
+    def _scene_key(self, token: str, name: str, *, maps: bool) -> SceneKey:
+        of_map = "LEFT JOIN map m ON $maps AND list_contains(m.log_tokens, s.log_token)"
         ((location, map_path),) = self._tables.rows(
-            "SELECT l.location, m.filename FROM scene s JOIN log l ON l.token = s.log_token "
-            "JOIN map m ON list_contains(m.log_tokens, s.log_token) WHERE s.token = ?",
-            [token],
+            "SELECT l.location, coalesce(m.filename, '') FROM scene s JOIN log l ON l.token = s.log_token "
+            f"{of_map} WHERE s.token = $token",
+            {"maps": maps, "token": token},
         )
         return SceneKey(dataroot=self.root, token=token, name=name, location=location, map_path=map_path)
 
-    def _require_sound(self, token: str, name: str, channels: Sequence[str]) -> None:
+    def _require_sound(self, token: str, name: str, channels: Sequence[str], *, maps: bool) -> None:
         """Raise the first violation among what a scene's frames use."""
+        unread = self._unread["map"]
+        if maps and unread is not None:
+            raise TableError(f"{unread}, or extract with --no-map", kind="table is missing or unreadable")
         if not self._rules:
             self._rules = {rule.id: rule for rule in find_violations(self._tables)}
-        concerns = "scene = ? AND (channel IS NULL OR list_contains(?, channel))"
         broken = self._tables.rows(
-            f"SELECT rule, source, record, detail FROM violation WHERE {concerns} ORDER BY rowid LIMIT 1",
-            [token, list(channels)],
+            "SELECT rule, source, record, detail FROM violation "
+            f"WHERE scene = $scene AND {CONCERNS} ORDER BY rowid LIMIT 1",
+            {"scene": token, "channels": list(channels), "maps": maps},
         )
         for rule, source, record, detail in broken:
+            shown = one_line(f"{record}: {with_found(self._tables, rule, source, record, detail)}")
             raise TableError(
-                f"{self._tables.path(source)}: record {one_line(f'{record}: {detail}')} "
-                f"[{rule}, {one_line(name)}]; {self._rules[rule].remedy}"
+                f"{self._tables.path(source)}: record {shown} "
+                f"[{rule}, {one_line(name)}]; {self._rules[rule].remedy}",
+                kind=f"{rule}: {self._rules[rule].title}",
             )
         recorded = self._names("SELECT DISTINCT channel FROM key_frame WHERE scene = ?", token)
         for channel in channels:

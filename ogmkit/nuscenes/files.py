@@ -1,25 +1,22 @@
 """Rules about the files that tables name; how far extraction gets without them decides what they count."""
 
-import struct
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from ogmkit.base.files import file_status, open_file, read_bytes
-from ogmkit.base.jpeg import jpeg_size
+from ogmkit.base.files import file_status, read_bytes
+from ogmkit.base.images import image_size
 from ogmkit.errors import OgmkitError
+from ogmkit.nuscenes.mask_files import mask_form
 from ogmkit.nuscenes.overview import is_present
 from ogmkit.nuscenes.paths import resolve
 from ogmkit.nuscenes.tables import Tables
+from ogmkit.nuscenes.uses import Use
 
-_PNG_START = b"\x89PNG\r\n\x1a\n"
-_PNG_END = b"IEND\xaeB`\x82"
-_PNG_HEADER = struct.Struct(">8x4x4sIIBB")
-_GREYSCALE = 0
 _LIDAR_POINT_BYTES = 20
 MASK_M_PER_PIXEL = 0.1
 
 _KEY_FILES = """
-SELECT k.filename, e.modality, k.height, k.width FROM key_frame k
+SELECT k.filename, k.channel, e.modality, k.height, k.width FROM key_frame k
 JOIN sensor e ON e.token = k.sensor_token
 WHERE k.filename IS NOT NULL
 ORDER BY k.row
@@ -39,71 +36,73 @@ GROUP BY m.filename ORDER BY m.filename
 """
 
 Problem = tuple[str, bool, str]
-"""Rule's number, whether every extraction of some scene fails for it, and what is wrong with which file."""
+"""Rule's number, whether extraction for the use fails for it, and what is wrong with which file."""
 
 FILE_RULES = {
     "R701": ("image is absent", "download it, or extract with --images none"),
     "R702": ("image is damaged or of another size", "download it again, or extract with --images none"),
     "R703": ("LiDAR sweep is absent or damaged", "download it, or extract without --lidar"),
     "R704": ("sweep or radar file is absent", "harmless: ogmkit reads key frames only"),
-    "R705": ("map mask is absent or damaged", "extract the map archive again"),
+    "R705": ("map mask is absent or damaged", "extract the map archive again, or extract with --no-map"),
     "R706": ("ego drives outside its map mask", "check that map.json names the right mask"),
 }
 """Number → title and remedy."""
 
 
-def file_problems(tables: Tables, root: Path, tick: Callable[[], None]) -> Iterator[Problem]:
+def file_problems(tables: Tables, root: Path, use: Use, tick: Callable[[], None]) -> Iterator[Problem]:
     """Look at all files that a dataset's tables name.
 
     Args:
         tables: completely loaded and prepared.
         root: the dataset's.
+        use: what the dataset is used for.
         tick: called for each file.
     """
-    for filename, modality, height, width in tables.stream(_KEY_FILES):
+    for filename, channel, modality, height, width in tables.stream(_KEY_FILES):
         tick()
         if modality == "camera":
-            yield from _image_problems(root, filename, (height, width))
+            fatal = use.images and channel in use.cameras
+            yield from _image_problems(root, filename, (height, width), fatal)
         else:
-            yield from _lidar_problems(root, filename)
+            yield from _lidar_problems(root, filename, channel == use.lidar)
     for (filename,) in tables.stream(_OTHER_FILES):
         tick()
         if not is_present(root, filename):
             yield "R704", False, filename
     for filename, used, *extent_m in tables.rows(_MASKS):
         tick()
-        yield from _mask_problems(root, filename, used, extent_m)
+        yield from _mask_problems(root, filename, used and use.maps, extent_m)
 
 
-def _image_problems(root: Path, filename: str, expected: tuple[int, int]) -> Iterator[Problem]:
+def _image_problems(root: Path, filename: str, expected: tuple[int, int], fatal: bool) -> Iterator[Problem]:
     if not is_present(root, filename):
-        yield "R701", False, filename
+        yield "R701", fatal, filename
         return
     try:
-        size = jpeg_size(read_bytes(resolve(root, filename)))
+        size = image_size(read_bytes(resolve(root, filename)))
     except (OSError, ValueError) as error:
-        yield "R702", False, f"{filename}: {_reason(error)}"
+        yield "R702", fatal, f"{filename}: {_reason(error)}"
         return
     if size != expected:
         (height, width), (rows, columns) = expected, size
-        yield "R702", False, f"{filename}: {columns} × {rows} pixels, but {width} × {height} in the table"
+        yield "R702", fatal, f"{filename}: {columns} × {rows} pixels, but {width} × {height} in the table"
 
 
-def _lidar_problems(root: Path, filename: str) -> Iterator[Problem]:
+def _lidar_problems(root: Path, filename: str, fatal: bool) -> Iterator[Problem]:
     try:
         size = file_status(resolve(root, filename)).st_size
     except (OSError, OgmkitError) as error:
-        yield "R703", False, f"{filename}: {_reason(error)}"
+        yield "R703", fatal, f"{filename}: {_reason(error)}"
         return
     if size == 0 or size % _LIDAR_POINT_BYTES:
-        yield "R703", False, f"{filename}: {size} bytes are no whole number of points"
+        yield "R703", fatal, f"{filename}: {size} bytes are no whole number of points"
 
 
 def _mask_problems(root: Path, filename: str, used: bool, extent_m: list[float | None]) -> Iterator[Problem]:
     try:
-        width, height = _mask_size(resolve(root, filename))
-    except (OSError, ValueError, OgmkitError) as error:
-        yield "R705", used, f"{filename}: {_reason(error)}"
+        _, (height, width) = mask_form(resolve(root, filename))
+    except (OSError, OgmkitError) as error:
+        yield "R705", used, f"{filename}: {_reason(error).removeprefix(f'{root / filename}: ')}"
         return
     x_max, y_max, x_min, y_min = extent_m
     if x_max is None or y_max is None or x_min is None or y_min is None:
@@ -119,25 +118,3 @@ def _reason(error: Exception) -> str:
     if isinstance(error, FileNotFoundError):
         return "absent"
     return str(error.strerror if isinstance(error, OSError) else error)
-
-
-def _mask_size(path: Path) -> tuple[int, int]:
-    """(width, height) of a greyscale PNG by its header.
-
-    Raises:
-        ValueError: it is something else, or cut short.
-        OSError: it can't be read.
-    """
-    with open_file(path) as file:
-        head = file.read(_PNG_HEADER.size)
-        file.seek(0, 2)
-        file.seek(max(0, file.tell() - len(_PNG_END)))
-        tail = file.read()
-    if len(head) < _PNG_HEADER.size or not head.startswith(_PNG_START):
-        raise ValueError("no PNG" if head else "empty")
-    kind, width, height, depth, colour = _PNG_HEADER.unpack(head)
-    if kind != b"IHDR" or tail != _PNG_END:
-        raise ValueError("cut short")
-    if colour != _GREYSCALE or depth not in (1, 8):
-        raise ValueError("neither 8-bit nor 1-bit greyscale")
-    return width, height

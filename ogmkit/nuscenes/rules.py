@@ -3,11 +3,21 @@
 from dataclasses import dataclass
 
 from ogmkit.nuscenes import rules_links, rules_schema, rules_values
+from ogmkit.nuscenes.found import WRONG_VALUE
 from ogmkit.nuscenes.tables import Tables
 from ogmkit.nuscenes.uses import Query
 
 _EXTRACT = "extract the metadata archive again"
+_VALUE = "correct the record (ogmkit check --fix mends links), or extract the metadata archive again"
+_PATH = "write it relative to the dataset, with / between folders (ogmkit check --fix replaces backslashes)"
+_LINKS = "correct the links (ogmkit check --fix), or leave the scene out"
+_UNUSED = "harmless: not used here; ogmkit check --fix corrects it"
 _CORRECT = "correct the record or leave the scene out"
+CONCERNS = (
+    "((channel IS NULL OR list_contains($channels, channel)) "
+    "AND ($maps OR source <> 'map' AND rule <> 'R503'))"
+)
+"""Of the table `violation`: what matters to a use of these channels, with map masks or without."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +44,9 @@ def rules(*, complete: bool) -> tuple[Rule, ...]:
         complete: for completely loaded tables, with the rules that only `ogmkit check` looks at.
     """
     edge = (
-        Rule("R201", "value missing or of the wrong type", _EXTRACT, rules_schema.missing_values(complete)),
+        Rule(
+            WRONG_VALUE, "value missing or of the wrong type", _VALUE, rules_schema.missing_values(complete)
+        ),
         Rule("R202", "token not unique", _EXTRACT, rules_schema.duplicate_tokens(complete)),
         Rule("R203", "token refers to no record", _EXTRACT, rules_schema.dangling_references(complete)),
         Rule("R301", "rotation is not a unit quaternion", _CORRECT, rules_values.QUATERNIONS),
@@ -49,21 +61,27 @@ def rules(*, complete: bool) -> tuple[Rule, ...]:
             "convert all timestamps to integer microseconds",
             rules_values.TIME_UNITS,
         ),
-        Rule("R401", "chain of key frames is broken or cyclic", _CORRECT, rules_links.CHAINS),
+        Rule(
+            "R309",
+            "image has lens distortion",
+            "undistort the images, with the new camera_intrinsic and a camera_distortion of zeros",
+            rules_values.DISTORTIONS,
+        ),
+        Rule("R401", "chain of key frames is broken or cyclic", _LINKS, rules_links.CHAINS),
         Rule("R402", "key frame lacks a sensor or has it twice", _CORRECT, rules_links.SENSORS),
         Rule("R403", "time runs backwards", _CORRECT, rules_links.TIMES),
-        Rule("R501", "file name leaves the dataset", _CORRECT, rules_values.FILE_NAMES),
+        Rule("R501", "file name leaves the dataset", _PATH, rules_values.FILE_NAMES),
         Rule("R502", "scene name is not a unique, valid file name", _CORRECT, rules_values.SCENE_NAMES),
-        Rule("R503", "scene has no map of its own", _CORRECT, rules_values.MAPS),
+        Rule("R503", "scene has no map of its own", f"{_CORRECT}, or --no-map", rules_values.MAPS),
         Rule("R504", "channel is not a valid file name", _CORRECT, rules_values.CHANNELS),
     )
     if not complete:
         return edge
     return (
         *edge,
-        Rule("R601", "prev/next of images and sweeps is broken", _EXTRACT, rules_links.IMAGE_LINKS),
-        Rule("R602", "prev/next of annotations is broken", _EXTRACT, rules_links.ANNOTATION_LINKS),
-        Rule("R603", "instance miscounts its annotations", _EXTRACT, rules_links.INSTANCES),
+        Rule("R601", "prev/next of images and sweeps is broken", _UNUSED, rules_links.IMAGE_LINKS),
+        Rule("R602", "prev/next of annotations is broken", _UNUSED, rules_links.ANNOTATION_LINKS),
+        Rule("R603", "instance miscounts its annotations", _UNUSED, rules_links.INSTANCES),
         Rule(
             "R604",
             "map lists unknown logs",

@@ -104,6 +104,16 @@ INTRINSICS = (
         "is not an invertible 3×3 matrix with last row 0, 0, 1",
     ),
 )
+_ALL_ZERO = " AND ".join(f"coalesce(list_{end}(t.camera_distortion), 0) = 0" for end in ("min", "max"))
+DISTORTIONS = (
+    _of_cameras(
+        "calibrated_sensor",
+        "token",
+        "'camera_distortion ' || t.camera_distortion::VARCHAR",
+        _ALL_ZERO,
+        "is not all zero: targets assume an image without lens distortion",
+    ),
+)
 IMAGE_SIZES = (
     _of_cameras(
         "sample_data",

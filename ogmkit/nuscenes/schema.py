@@ -83,6 +83,7 @@ TABLES: dict[str, tuple[Column, ...]] = {
         Column("sensor_token", TOKEN, "sensor"),
         *_POSE,
         Column("camera_intrinsic", "DOUBLE[][]"),
+        Column("camera_distortion", "DOUBLE[]", optional=True),  # not nuScenes' own: T4's
     ),
     "sample_data": (
         _TOKEN,

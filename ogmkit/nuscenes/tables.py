@@ -4,7 +4,7 @@ import glob
 import os
 import tempfile
 import uuid
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import TracebackType
@@ -14,10 +14,13 @@ import duckdb
 import numpy as np
 from numpy.typing import NDArray
 
-from ogmkit.errors import SettingsError, TableError
+from ogmkit.errors import TableError
 from ogmkit.nuscenes.array_file import REMEDY, require_array
 from ogmkit.nuscenes.paths import one_line
 from ogmkit.nuscenes.schema import Column, columns
+
+Parameters = Sequence[object] | Mapping[str, object]
+"""Of a statement: for `?` in order, or for `$name`."""
 
 _MAX_THREADS = 4
 _UNREADABLE = (duckdb.Error, UnicodeDecodeError)  # the latter where DuckDB quotes bytes that are no UTF-8
@@ -42,29 +45,6 @@ _JOINS = {
 _NAMING = frozenset({"log", "map", "scene", "sensor", "category"})
 # A number finds a scene's annotations among a million several times faster than 40 tokens do.
 _ADDED_COLUMNS = {"sample_annotation": ", place.scene_row"}
-
-
-def find_version(root: Path, version: str | None) -> str:
-    """The version folder to read: the one asked for, or the only `v1.0-*` there is.
-
-    Raises:
-        SettingsError: the version asked for is absent, or several are there and none was asked for.
-        TableError: the root is not a folder, or holds no version folder.
-    """
-    if not root.is_dir():
-        raise TableError(f"{root}: no such folder; give the dataset's root, which holds v1.0-… and samples/")
-    found = sorted(path.name for path in root.glob("v1.0-*") if path.is_dir())
-    if version is not None:
-        if version in ("", ".", "..") or "/" in version or not (root / version).is_dir():
-            raise SettingsError(
-                f"{root}: has no version {version!r}; there are: {', '.join(found) or 'none'}"
-            )
-        return version
-    if not found:
-        raise TableError(f"{root}: holds no v1.0-… folder with tables; give the dataset's root")
-    if len(found) > 1:
-        raise SettingsError(f"{root}: holds several versions ({', '.join(found)}); choose one with --version")
-    return found[0]
 
 
 class Tables:
@@ -137,30 +117,45 @@ class Tables:
         )
         self.execute(f"CREATE OR REPLACE TABLE {table} ({listed})")
 
-    def execute(self, sql: str, parameters: Sequence[object] = ()) -> None:
+    def execute(self, sql: str, parameters: Parameters = ()) -> None:
         """Run a statement that gives nothing back."""
         self._run(self._connection, sql, parameters)
 
-    def rows(self, sql: str, parameters: Sequence[object] = ()) -> list[tuple[Any, ...]]:
+    def rows(self, sql: str, parameters: Parameters = ()) -> list[tuple[Any, ...]]:
         """A query's rows."""
         return self._run(self._connection, sql, parameters).fetchall()
 
-    def stream(self, sql: str, parameters: Sequence[object] = ()) -> Iterator[tuple[Any, ...]]:
+    def stream(self, sql: str, parameters: Parameters = ()) -> Iterator[tuple[Any, ...]]:
         """A query's rows, a few thousand in memory at a time; other queries may run meanwhile."""
         result = self._run(self._connection.cursor(), sql, parameters)
         while batch := result.fetchmany(_BATCH):
             yield from batch
 
-    def arrays(self, sql: str, parameters: Sequence[object] = ()) -> dict[str, NDArray[Any]]:
+    def arrays(self, sql: str, parameters: Parameters = ()) -> dict[str, NDArray[Any]]:
         """A query's columns; vectors come as objects, see `stacked`."""
         result: dict[str, NDArray[Any]] = self._run(self._connection, sql, parameters).fetchnumpy()
         return result
 
+    def raw(self, table: str, column: str, token: str) -> list[str | None]:
+        """What stands in a column of the records with a token, as JSON text; None where nothing does."""
+        source = _read_json({"token": "JSON", column: "JSON"})
+        rows = self.rows(f"SELECT {column} FROM {source} WHERE token ->> '$' = ?", [self._file(table), token])
+        return [value for (value,) in rows]
+
+    def objects(self, table: str) -> Iterator[str]:
+        """The records of a table as they stand in its file, as JSON text, in order."""
+        sql = "SELECT json FROM read_json_objects(?, format = 'array', maximum_object_size = 16777216)"
+        for (text,) in self.stream(sql, [self._file(table)]):
+            yield text
+
+    def _file(self, table: str) -> str:
+        return glob.escape(str(self.path(table).resolve()))
+
     def _run(
-        self, connection: duckdb.DuckDBPyConnection, sql: str, parameters: Sequence[object]
+        self, connection: duckdb.DuckDBPyConnection, sql: str, parameters: Parameters
     ) -> duckdb.DuckDBPyConnection:
         """Run a statement in a thread: Ctrl-C ends it at once, while DuckDB alone heeds it afterwards."""
-        running = self._thread.submit(connection.execute, sql, list(parameters))
+        running = self._thread.submit(connection.execute, sql, parameters)
         try:
             return running.result()
         except KeyboardInterrupt:
@@ -176,7 +171,7 @@ class Tables:
         self.execute("SET disabled_optimizers = 'join_order,build_side_probe_side'")
         self.execute(
             f"CREATE OR REPLACE TABLE {table} AS SELECT {names}{added} FROM {source} t {joined}",
-            [glob.escape(str(self.path(table).resolve()))],
+            [self._file(table)],
         )
         self.execute("RESET disabled_optimizers")
 

@@ -4,10 +4,7 @@ from dataclasses import dataclass
 
 from ogmkit.nuscenes.tables import Tables
 
-LIDAR = "LIDAR_TOP"
-"""nuScenes' one LiDAR."""
-
-_KEY_FRAME = f"""
+_KEY_FRAME = """
 CREATE OR REPLACE TABLE key_frame AS
 SELECT d.rowid AS row, s.scene_token AS scene, e.channel, s.timestamp AS sample_timestamp,
        d.token, d.sample_token, d.ego_pose_token, d.calibrated_sensor_token, c.sensor_token,
@@ -18,7 +15,7 @@ SEMI JOIN scene ON scene.token = s.scene_token
 LEFT JOIN calibrated_sensor c ON c.token = d.calibrated_sensor_token
 LEFT JOIN sensor e ON e.token = c.sensor_token
 LEFT JOIN ego_pose p ON p.token = d.ego_pose_token
-WHERE d.is_key_frame IS NOT FALSE AND (e.modality = 'camera' OR e.channel = '{LIDAR}' OR e.channel IS NULL)
+WHERE d.is_key_frame IS NOT FALSE AND (e.modality IN ('camera', 'lidar') OR e.channel IS NULL)
 """
 
 # Rows (row, scene, channel) for each table; no channel: every camera of the scene uses the record.
@@ -50,6 +47,30 @@ _USES = {
     "category": "SELECT DISTINCT c.rowid AS row, u.scene, u.channel FROM category c "
     "JOIN instance i ON i.category_token = c.token JOIN instance_use u ON u.row = i.rowid",
 }
+
+
+@dataclass(frozen=True)
+class Use:
+    """What a dataset is used for: what makes that fail is an error, all else a warning.
+
+    Attributes:
+        cameras: channels of the cameras whose frames are made.
+        images: whether their images are read.
+        lidar: channel of the LiDAR whose sweeps are read; None for none.
+        maps: whether map masks are read.
+        categories: beginnings of the names of categories that are drawn.
+    """
+
+    cameras: tuple[str, ...] = ("CAM_FRONT",)
+    images: bool = True
+    lidar: str | None = None
+    maps: bool = True
+    categories: tuple[str, ...] = ("vehicle.",)
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """All channels that are read."""
+        return self.cameras if self.lidar is None else (*self.cameras, self.lidar)
 
 
 @dataclass(frozen=True)

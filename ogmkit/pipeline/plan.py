@@ -55,7 +55,7 @@ def _plan_scene(dataset: Dataset, request: Request, name: str) -> ScenePlan:
     settings, path = request.settings, request.path(name)
     try:
         scene = dataset.scene(
-            name, settings.cameras, lidar=settings.targets.lidar, step_s=settings.targets.step_s
+            name, settings.cameras, lidar=settings.targets.lidar_source, step_s=settings.targets.step_s
         )
     except OgmkitError as error:
         return ScenePlan(name, "fail", 0, error)

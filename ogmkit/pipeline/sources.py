@@ -34,7 +34,13 @@ class SceneSource(Protocol):
         """Names of all object categories, sorted."""
 
     def scene(
-        self, name: str, cameras: Sequence[str], *, lidar: bool = False, step_s: float = STEP_S
+        self,
+        name: str,
+        cameras: Sequence[str],
+        *,
+        lidar: str | None = None,
+        step_s: float = STEP_S,
+        maps: bool = True,
     ) -> SceneRecord:
         """One scene's frames by camera, in temporal order."""
 
@@ -80,14 +86,20 @@ class RecordDataset:
         return tuple(sorted({category for frame in frames for category in frame.boxes.category}))
 
     def scene(
-        self, name: str, cameras: Sequence[str], *, lidar: bool = False, step_s: float = STEP_S
+        self,
+        name: str,
+        cameras: Sequence[str],
+        *,
+        lidar: str | None = None,
+        step_s: float = STEP_S,
+        maps: bool = True,
     ) -> SceneRecord:
-        """One scene with the cameras asked for; sweeps and neighbours are those that the records name.
+        """One scene with the cameras asked for; sweeps, maps and neighbours are those that the records name.
 
         Raises:
             SettingsError: the scene is unknown, or lacks a camera.
         """
-        del lidar, step_s
+        del lidar, step_s, maps
         for scene in self.scenes:
             if scene.name == name:
                 return SceneRecord(name, scene.location, self._chosen(scene, cameras))

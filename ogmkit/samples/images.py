@@ -1,11 +1,11 @@
-"""Decoding JPEGs at the size that is wanted."""
+"""Decoding images at the size that is wanted."""
 
 from math import gcd
 
 import cv2
 import numpy as np
 
-from ogmkit.base.jpeg import jpeg_size
+from ogmkit.base.images import PNG_START, image_size
 from ogmkit.errors import DataFileError
 from ogmkit.typing import UInt8Array
 
@@ -25,14 +25,15 @@ _ALIKE = 1.05
 
 
 def decode_resized(
-    jpeg: UInt8Array, source_size: tuple[int, int], size: tuple[int, int], place: str
+    data: UInt8Array, source_size: tuple[int, int], size: tuple[int, int], place: str
 ) -> UInt8Array:
-    """Decode a JPEG and resize it, corners on corners (`ogmkit.geometry.camera.image_from_resized`).
+    """Decode a JPEG or PNG and resize it, corners on corners (`ogmkit.geometry.camera.image_from_resized`).
 
-    Where much smaller than the file, it is decoded at a half, a quarter or an eighth, several times faster.
+    Where much smaller than the file, a JPEG is decoded at a half, a quarter or an eighth, several times
+    faster.
 
     Args:
-        jpeg: the file's bytes, (n,) uint8.
+        data: the file's bytes, (n,) uint8.
         source_size: (height, width) that the image must have.
         size: (height, width) of the result.
         place: where the image stands, for messages.
@@ -41,14 +42,15 @@ def decode_resized(
         (h, w, 3) uint8 RGB.
 
     Raises:
-        DataFileError: the JPEG is damaged or of another size.
+        DataFileError: the file is damaged or of another size.
     """
-    _require_whole(jpeg, source_size, place)
-    factor = _reduction(source_size, size)
-    image = cv2.imdecode(np.asarray(jpeg), _DECODE[factor])
+    whole = data.tobytes()
+    _require_whole(whole, source_size, place)
+    factor = 1 if whole.startswith(PNG_START) else _reduction(source_size, size)
+    image = cv2.imdecode(np.asarray(data), _DECODE[factor])
     expected = tuple(-(-side // factor) for side in source_size)
     if image is None or image.shape[:2] != expected:
-        raise DataFileError(f"{place}: JPEG can't be decoded; restore the dataset, then `ogmkit extract`")
+        raise DataFileError(f"{place}: image can't be decoded; restore the dataset, then `ogmkit extract`")
     return resized(_within(np.asarray(image, dtype=np.uint8), source_size, factor), size)
 
 
@@ -61,13 +63,13 @@ def resized(bgr: UInt8Array, size: tuple[int, int]) -> UInt8Array:
     return np.asarray(cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB), dtype=np.uint8)
 
 
-def _require_whole(jpeg: UInt8Array, source_size: tuple[int, int], place: str) -> None:
+def _require_whole(data: bytes, source_size: tuple[int, int], place: str) -> None:
     """Refuse what the decoder would only warn of: it fills up a file that was cut short."""
     try:
-        found = jpeg_size(jpeg.tobytes())
+        found = image_size(data)
     except ValueError as error:
         raise DataFileError(
-            f"{place}: image is not a whole JPEG ({error}); restore the dataset, then `ogmkit extract`"
+            f"{place}: image is not a whole JPEG or PNG ({error}); restore the dataset, then `ogmkit extract`"
         ) from error
     if found != source_size:
         (height, width), (rows, columns) = found, source_size

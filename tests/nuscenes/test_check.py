@@ -22,7 +22,8 @@ def test_real_data_lacks_only_files(real_dataroot):
     findings = check_dataset(real_dataroot)
 
     assert {(f.rule, f.severity, f.count) for f in findings} == {
-        ("R701", "warning", 240),
+        ("R701", "error", 40),
+        ("R701", "warning", 200),
         ("R703", "warning", 40),
     }
 
@@ -147,10 +148,11 @@ def _unlink(path):
 
 
 FILES = [
-    ("samples/CAM_FRONT/1-2.jpg", _unlink, "R701", "warning"),
-    ("samples/CAM_FRONT/1-2.jpg", _cut, "R702", "warning"),
-    ("samples/CAM_FRONT/1-2.jpg", _replace_with_text, "R702", "warning"),
-    ("samples/CAM_FRONT/1-2.jpg", _empty, "R702", "warning"),
+    ("samples/CAM_FRONT/1-2.jpg", _unlink, "R701", "error"),
+    ("samples/CAM_FRONT/1-2.jpg", _cut, "R702", "error"),
+    ("samples/CAM_FRONT/1-2.jpg", _replace_with_text, "R702", "error"),
+    ("samples/CAM_FRONT/1-2.jpg", _empty, "R702", "error"),
+    ("samples/CAM_BACK/1-2.jpg", _unlink, "R701", "warning"),
     ("samples/LIDAR_TOP/1-2.bin", _unlink, "R703", "warning"),
     ("samples/LIDAR_TOP/1-2.bin", _cut, "R703", "warning"),
     ("samples/LIDAR_TOP/1-2.bin", _empty, "R703", "warning"),

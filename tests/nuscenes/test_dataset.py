@@ -57,7 +57,7 @@ def _assert_scene_equals_reference(root, scene_name, cameras):
     reference = Reference(root)
     samples = list(reference.samples(scene_name))
     with Dataset(root) as dataset:
-        scene = dataset.scene(scene_name, cameras, lidar=True)
+        scene = dataset.scene(scene_name, cameras, lidar="LIDAR_TOP")
 
     assert tuple(scene.cameras) == tuple(cameras)
     for camera in cameras:
@@ -172,7 +172,7 @@ def test_a_frame_without_annotations_has_no_boxes(small_root, edit_table):
 
 def test_records_outlive_the_dataset_and_pickling(small_root):
     with Dataset(small_root) as dataset:
-        scene = dataset.scene("scene-0001", ["CAM_FRONT"], lidar=True)
+        scene = dataset.scene("scene-0001", ["CAM_FRONT"], lidar="LIDAR_TOP")
 
     copy = pickle.loads(pickle.dumps(scene))
     for frame, copied in zip(scene.cameras["CAM_FRONT"], copy.cameras["CAM_FRONT"], strict=True):
@@ -268,7 +268,7 @@ def test_optional_columns_may_be_absent(make_dataset, tmp_path, edit_table):
 
     edit_table(root, "sample_data", change)
     with Dataset(root) as dataset:
-        boxes = dataset.scene("scene-0001", ["CAM_FRONT"], lidar=True).cameras["CAM_FRONT"][2].boxes
+        boxes = dataset.scene("scene-0001", ["CAM_FRONT"], lidar="LIDAR_TOP").cameras["CAM_FRONT"][2].boxes
 
     assert len(boxes)
     assert set(boxes.visibility.tolist()) == {0}

@@ -241,7 +241,7 @@ _PNG = _encoded(_pixels((60, 60)), "PNG")
     [
         b"",
         b"<html><body>404 Not Found</body></html>",
-        _encoded(_pixels((60, 60)), "JPEG"),
+        _encoded(_pixels((60, 60)), "JPEG")[:-200],
         _encoded(_pixels((60, 60, 3)), "PNG"),
         _encoded(_pixels((60, 60)).astype(np.uint16), "PNG"),
         _PNG[:20],
@@ -254,11 +254,11 @@ _PNG = _encoded(_pixels((60, 60)), "PNG")
         _png_header((1 << 21), 1) + _chunk(b"IEND", b""),
     ],
     ids=[
-        "empty", "html", "jpeg", "colour", "16 bit", "cut in header", "cut in half", "without end",
+        "empty", "html", "jpeg cut short", "colours", "16 bit", "cut in header", "cut in half", "without end",
         "last byte missing", "bit flipped", "data missing", "too many pixels", "too wide",
     ],
 )  # fmt: skip
-def test_anything_but_a_whole_greyscale_png_is_named(store, png, content):
+def test_anything_but_a_whole_mask_is_named(store, png, content):
     png.write_bytes(content)
     with pytest.raises(DataFileError, match=r"mask\.png: map mask [^\n]+$"):
         store.open(png)

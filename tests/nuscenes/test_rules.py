@@ -5,6 +5,7 @@ import pytest
 from ogmkit.errors import SettingsError, TableError
 from ogmkit.nuscenes.check import check_dataset
 from ogmkit.nuscenes.dataset import Dataset
+from ogmkit.nuscenes.uses import Use
 
 NAN = float("nan")
 
@@ -324,7 +325,8 @@ def test_a_channel_that_can_t_be_a_file_name_is_refused_for_whom_it_is_used(smal
     assert f"{path}: record " in (message := _message(small_root, (name,)))
     assert "cannot be a file name [R504, scene-0001]; " in message
     assert "\n" not in message
-    (finding,) = (one for one in check_dataset(small_root) if one.rule == "R504")
+    found = check_dataset(small_root, use=Use((name,)))
+    (finding,) = (one for one in found if one.rule == "R504")
     assert (finding.severity, finding.count) == ("error", 1)
     with Dataset(small_root) as dataset:
         assert dataset.scene("scene-0001", ["CAM_BACK"]).cameras["CAM_BACK"]
@@ -378,15 +380,66 @@ def test_a_column_that_no_record_has(small_root, edit_table, table):
 
     message = _message(small_root)
     assert message.startswith(f"{path}: record ")
-    assert "missing or of the wrong type [R201" in message
+    assert "missing or of the wrong type: " in message
+    assert " is absent or null, not " in message
+    assert "[R201" in message
+
+
+@pytest.mark.parametrize(
+    ("table", "token", "values", "words"),
+    [
+        (
+            "ego_pose",
+            "pose-samples-1-2-CAM_FRONT",
+            {"rotation": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]},
+            "rotation is a 3×3 matrix, not 4 numbers, a quaternion w, x, y, z",
+        ),
+        (
+            "calibrated_sensor",
+            "calibration-1-CAM_FRONT",
+            {"rotation": [1, 0, 0, 0, 1, 0, 0, 0, 1]},
+            "rotation is 9 numbers, not 4 numbers, a quaternion w, x, y, z",
+        ),
+        ("sample", "sample-1-2", {"timestamp": "noon"}, 'timestamp is "noon", not a whole number'),
+    ],
+)
+def test_what_was_found_instead_of_a_value_is_told(small_root, damage, table, token, values, words):
+    damage(table, token, **values)
+
+    message = _message(small_root)
+
+    assert f"{token}: {next(iter(values))} missing or of the wrong type: {words} [R201" in message
+    assert "\n" not in message
+
+
+def test_a_null_link_is_told_from_an_empty_one(small_root, edit_table):
+    edit_table(small_root, "sample", lambda records: records[0].update(prev=None))
+
+    message = _message(small_root)
+    assert 'prev is absent or null, not text, "" for none [R201, scene-0001]; ' in message
+    assert "ogmkit check --fix" in message
+
+
+def test_a_lidar_of_another_name(small_root, edit_table):
+    def rename(records):
+        for record in records:
+            if record["channel"] == "LIDAR_TOP":
+                record["channel"] = "LIDAR_CONCAT"
+
+    edit_table(small_root, "sensor", rename)
+
+    with Dataset(small_root) as dataset:
+        frames = dataset.scene("scene-0001", ["CAM_FRONT"], lidar="LIDAR_CONCAT").cameras["CAM_FRONT"]
+        assert all(frame.lidar.path.startswith("samples/LIDAR_TOP/1-") for frame in frames)
+        with pytest.raises(SettingsError, match=r"'LIDAR_TOP'.*LIDAR_CONCAT.*--lidar-channel"):
+            dataset.scene("scene-0001", ["CAM_FRONT"], lidar="LIDAR_TOP")
 
 
 def test_an_annotation_without_a_sample_is_not_lost_silently(small_root, damage):
     path = damage("sample_annotation", "annotation-1-2-vehicle.car", sample_token=None)
 
-    assert _message(small_root).startswith(
-        f"{path}: record annotation-1-2-vehicle.car: sample_token missing or of the wrong type [R201"
-    )
+    found = "sample_token missing or of the wrong type: sample_token is absent or null, not text"
+    assert _message(small_root).startswith(f"{path}: record annotation-1-2-vehicle.car: {found} [R201")
     assert {finding.severity for finding in check_dataset(small_root)} == {"error"}
 
 
@@ -502,7 +555,7 @@ def test_a_scene_without_a_name_is_listed_by_its_token_and_fails(small_root, dam
     with Dataset(small_root) as dataset:
         assert dataset.scene_names() == ("scene-0002", "scene-1")
     message = _message(small_root, scene="scene-1")
-    assert message.startswith(f"{path}: record scene-1: name missing or of the wrong type [R201")
+    assert message.startswith(f"{path}: record scene-1: name missing or of the wrong type: name is ")
 
 
 @pytest.mark.parametrize(
@@ -523,7 +576,7 @@ def test_damage_to_other_sensors_does_not_matter(small_root, damage, table, toke
     with Dataset(small_root) as dataset:
         assert len(dataset.scene("scene-0001", ["CAM_FRONT"]).cameras["CAM_FRONT"]) == 8
     if channel == "LIDAR_TOP":
-        _message(small_root, lidar=True)
+        _message(small_root, lidar="LIDAR_TOP")
     else:
         _message(small_root, ["CAM_FRONT", channel])
 
@@ -546,7 +599,7 @@ def test_what_no_frame_uses_is_a_warning_of_check_alone(small_root, damage, tabl
     damage(table, token, **values)
 
     with Dataset(small_root) as dataset:
-        assert len(dataset.scene("scene-0001", ["CAM_FRONT"], lidar=True).cameras["CAM_FRONT"]) == 8
+        assert len(dataset.scene("scene-0001", ["CAM_FRONT"], lidar="LIDAR_TOP").cameras["CAM_FRONT"]) == 8
     findings = check_dataset(small_root)
     assert findings
     assert {finding.severity for finding in findings} == {"warning"}
@@ -568,7 +621,7 @@ def test_lidar_asked_for_where_there_is_none(small_root, edit_table):
         small_root, "sample_data", lambda records: [r for r in records if "LIDAR" not in r["filename"]]
     )
 
-    assert "has no key frame of LIDAR_TOP" in _message(small_root, lidar=True)
+    assert "has no key frame of LIDAR_TOP" in _message(small_root, lidar="LIDAR_TOP")
 
 
 def test_a_cause_is_named_before_what_follows_from_it(small_root, damage):

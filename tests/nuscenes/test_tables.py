@@ -7,7 +7,8 @@ import pytest
 
 from ogmkit.errors import SettingsError, TableError
 from ogmkit.nuscenes.dataset import Dataset
-from ogmkit.nuscenes.tables import Tables, find_version
+from ogmkit.nuscenes.tables import Tables
+from ogmkit.nuscenes.versions import find_version
 
 
 def test_the_only_version_is_found(small_root):
@@ -37,6 +38,29 @@ def test_an_unknown_version_lists_those_there_are(small_root, version):
         find_version(small_root, version)
 
 
+@pytest.mark.parametrize(
+    ("tables", "given", "remedy"),
+    [
+        ("sub/v1.0-small", ".", "they lie one folder deeper: give {root}/sub"),
+        ("annotation", ".", "annotation/ holds tables: choose it with --version annotation"),
+        (
+            "v1.0-small",
+            "v1.0-small",
+            "it is a folder of tables itself: give {root}, with --version v1.0-small",
+        ),
+    ],
+)
+def test_where_the_tables_lie_instead_is_told(tmp_path, tables, given, remedy):
+    folder = tmp_path / tables
+    folder.mkdir(parents=True)
+    (folder / "scene.json").write_text("[]")
+
+    with pytest.raises(TableError) as caught:
+        find_version(tmp_path / given, None)
+
+    assert str(caught.value).endswith(remedy.format(root=tmp_path))
+
+
 def test_a_root_without_tables_says_so(tmp_path):
     with pytest.raises(TableError, match=r"holds no v1\.0-… folder"):
         find_version(tmp_path, None)
@@ -55,12 +79,10 @@ BROKEN = {
     "closed where it was cut": b'[{"token": "a", "timest]',
     "HTML": b"<!DOCTYPE html><html><body>404</body></html>",
     "an object": b'{"token": "a"}',
-    "text": b"version https://git-lfs.github.com/spec/v1",
+    "text": b"# tables",
     "numbers": b"[1, 2]",
     "arrays": b"[[1]]",
     "Latin-1": '[{"token": "é"}]'.encode("latin-1"),
-    "UTF-16": '[{"token": "a"}]'.encode("utf-16"),
-    "a byte order mark": b"\xef\xbb\xbf" + WHOLE,
     "trailing": WHOLE + b" x]",
     "a key twice": b'[{"token": "a", "token": "b"}]',
 }
@@ -79,6 +101,27 @@ def test_a_file_that_is_no_table_is_named_with_a_remedy(small_root, table, conte
     assert message.startswith(f"{path}: ")
     assert message.endswith("extract the metadata archive again")
     assert "\n" not in message
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (
+            b"version https://git-lfs.github.com/spec/v1",
+            "a git-LFS pointer, not the table itself; run git lfs pull",
+        ),
+        ('[{"token": "a"}]'.encode("utf-16"), "UTF-16 text; write it as UTF-8"),
+        (b"\xef\xbb\xbf" + WHOLE, "begins with a byte-order mark; remove it: ogmkit check --fix"),
+    ],
+)
+def test_what_else_a_table_may_be_has_a_remedy_of_its_own(small_root, content, message):
+    path = small_root / "v1.0-small" / "sample.json"
+    path.write_bytes(content)
+
+    with pytest.raises(TableError) as caught:
+        Dataset(small_root)
+
+    assert str(caught.value) == f"{path}: {message}"
 
 
 def test_a_missing_table_is_named(small_root):

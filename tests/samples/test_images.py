@@ -21,6 +21,16 @@ def blob(size, centre_uv, sigma_px):
     return np.repeat(value[..., None], 3, axis=-1).astype(np.uint8)
 
 
+def test_a_png_gives_its_own_pixels_and_those_of_a_fine_jpeg():
+    image = blob(SIZE, (50, 40), 9)
+    done, data = cv2.imencode(".png", image[..., ::-1])
+    assert done
+
+    assert (decode_resized(data.ravel(), SIZE, SIZE, "frame") == image).all()
+    small = decode_resized(data.ravel(), SIZE, (24, 40), "frame").astype(int)
+    assert abs(small - decode_resized(encode(image), SIZE, (24, 40), "frame")).max() <= 6
+
+
 def centre_of_mass(image):
     weights = image.sum(axis=-1, dtype=float)
     weights[weights < 30] = 0  # what the JPEG's ringing adds
@@ -129,7 +139,7 @@ def test_an_orientation_in_exif_changes_nothing():
 def test_damage_is_named():
     jpeg = encode(blob(SIZE, (50, 40), 9))
 
-    with pytest.raises(DataFileError, match=r"frame 7: image is not a whole JPEG \(cut short\); restore"):
+    with pytest.raises(DataFileError, match=r"frame 7: image is not a whole \S+ or PNG \(cut short\); rest"):
         decode_resized(jpeg[:-200], SIZE, (48, 80), "frame 7")
     with pytest.raises(DataFileError, match="frame 7: image is not a whole JPEG"):
         decode_resized(np.zeros(100, np.uint8), SIZE, (48, 80), "frame 7")
@@ -143,5 +153,5 @@ def test_a_jpeg_of_headers_only_is_damage():
     length = 2 + int.from_bytes(jpeg[frame + 2 : frame + 4], "big")
     headers = np.frombuffer(jpeg[: frame + length] + b"\xff\xd9", np.uint8)
 
-    with pytest.raises(DataFileError, match="frame 7: JPEG can't be decoded"):
+    with pytest.raises(DataFileError, match="frame 7: image can't be decoded"):
         decode_resized(headers, SIZE, (48, 80), "frame 7")

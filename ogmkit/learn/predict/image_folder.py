@@ -1,17 +1,15 @@
 """Samples from a folder of images, or of LiDAR sweeps, that is not a shard."""
 
-import struct
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import cv2
 import numpy as np
 import torch
 from torch.utils.data import Dataset
 
 from ogmkit.base.files import read_bytes
-from ogmkit.base.jpeg import jpeg_size
+from ogmkit.base.images import image_size
 from ogmkit.errors import DataFileError
 from ogmkit.geometry.camera import image_from_resized
 from ogmkit.grid import GridSpec
@@ -21,14 +19,12 @@ from ogmkit.learn.predict.calibration_file import Calibration
 from ogmkit.raster.lidar import moved_points, read_points
 from ogmkit.samples.arrays import SampleArrays, scaled
 from ogmkit.samples.coarse import coarse_grid
-from ogmkit.samples.images import decode_resized, resized
+from ogmkit.samples.images import decode_resized
 from ogmkit.samples.spec import SampleSpec
 from ogmkit.typing import UInt8Array
 
 IMAGES = (".jpg", ".jpeg", ".png")
 SWEEPS = (".pcd.bin",)
-
-_PNG_START, _PNG_END = b"\x89PNG\r\n\x1a\n", b"IEND\xaeB`\x82"
 
 
 class ImageFolder(Dataset[Sample]):
@@ -171,9 +167,8 @@ def read_image(path: Path, source_size: tuple[int, int], size: tuple[int, int]) 
         data = read_bytes(path)
     except OSError as error:
         raise DataFileError(f"{path}: image can't be read ({error.strerror})") from error
-    is_png = data.startswith(_PNG_START)
     try:
-        found = png_size(data) if is_png else jpeg_size(data)
+        found = image_size(data)
     except ValueError as error:
         raise DataFileError(f"{path}: not a whole JPEG or PNG ({error}); replace it") from error
     if found != source_size:
@@ -181,23 +176,4 @@ def read_image(path: Path, source_size: tuple[int, int], size: tuple[int, int]) 
             f"{path}: has {found[1]} × {found[0]} pixels, by its calibration {source_size[1]} × "
             f"{source_size[0]}; correct image_size"
         )
-    pixels = np.frombuffer(data, np.uint8)
-    if not is_png:
-        return decode_resized(pixels, source_size, size, str(path))
-    image = cv2.imdecode(pixels, cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
-    if image is None or image.shape[:2] != source_size:
-        raise DataFileError(f"{path}: PNG can't be decoded; replace it")
-    return resized(np.asarray(image, dtype=np.uint8), size)
-
-
-def png_size(data: bytes) -> tuple[int, int]:
-    """(height, width) of a whole PNG, by its header and its end.
-
-    Raises:
-        ValueError: it is cut short.
-    """
-    header = 24
-    if len(data) < header or not data.endswith(_PNG_END):
-        raise ValueError("cut short")
-    width, height = struct.unpack_from(">II", data, 16)
-    return height, width
+    return decode_resized(np.frombuffer(data, np.uint8), source_size, size, str(path))

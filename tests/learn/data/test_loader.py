@@ -122,7 +122,7 @@ def test_workers_follow_epochs_and_pass_errors_on_in_one_line(copied_shards, wor
     with pytest.raises(DataFileError) as caught:
         list(loader(FrameDataset(index, needs), batches, workers=workers))
     place = f"{copied_shards}/scene-0001.h5: CAM_FRONT frame {keys[1][2][0]}"
-    assert str(caught.value).startswith(f"{place}: image is not a whole JPEG (cut short); ")
+    assert str(caught.value).startswith(f"{place}: image is not a whole JPEG or PNG (cut short); ")
     assert "\n" not in str(caught.value)
 
 

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ogmkit.base.jpeg import jpeg_size
+from ogmkit.base.images import image_size, jpeg_size
 
 
 def _jpeg(height=24, width=40, *options):
@@ -62,3 +62,18 @@ def test_arbitrary_bytes_give_a_value_error_or_a_size(data):
         return
     assert 0 <= height < 1 << 16
     assert 0 <= width < 1 << 16
+
+
+def test_a_png_is_known_by_its_header_and_its_end():
+    png = cv2.imencode(".png", np.zeros((24, 40, 3), np.uint8))[1].tobytes()
+
+    assert image_size(png) == (24, 40)
+    assert image_size(_jpeg(24, 40)) == (24, 40)
+    for length in (8, 20, len(png) - 1):
+        with pytest.raises(ValueError, match="cut short"):
+            image_size(png[:length])
+
+
+def test_a_pointer_of_git_lfs_says_how_to_get_the_file():
+    with pytest.raises(ValueError, match="git-LFS pointer: run git lfs pull"):
+        image_size(b"version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 12\n")

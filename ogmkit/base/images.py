@@ -1,10 +1,34 @@
-"""The little of the JPEG format that tells whether a file is whole and how large its picture is."""
+"""The little of the JPEG and PNG formats that tells whether a file is whole and how large its picture is."""
 
 import struct
+
+from ogmkit.base.files import is_lfs_pointer
 
 _START, _END = b"\xff\xd8", b"\xff\xd9"
 # Start-of-frame markers of all coding processes; C4, C8 and CC between them mean other things (T.81, B.1).
 _FRAME_MARKERS = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
+
+
+PNG_START = b"\x89PNG\r\n\x1a\n"
+PNG_END = b"IEND\xaeB`\x82"
+_PNG_HEADER_BYTES = 24
+
+
+def image_size(data: bytes) -> tuple[int, int]:
+    """(height, width) in pixels of a whole JPEG or PNG.
+
+    Raises:
+        ValueError: the data is neither, or cut short.
+    """
+    return _png_size(data) if data.startswith(PNG_START) else jpeg_size(data)
+
+
+def _png_size(data: bytes) -> tuple[int, int]:
+    """By the header and the end (PNG, third edition, sections 5.2 and 11.2)."""
+    if len(data) < _PNG_HEADER_BYTES or not data.endswith(PNG_END):
+        raise ValueError("cut short")
+    width, height = struct.unpack_from(">II", data, 16)
+    return height, width
 
 
 def jpeg_size(data: bytes) -> tuple[int, int]:
@@ -17,6 +41,8 @@ def jpeg_size(data: bytes) -> tuple[int, int]:
         ValueError: the data is not a JPEG, or cut short.
     """
     if not data.startswith(_START):
+        if is_lfs_pointer(data):
+            raise ValueError("a git-LFS pointer: run git lfs pull")
         raise ValueError("not a JPEG" if data else "empty")
     position = len(_START)
     while True:
