@@ -5,7 +5,16 @@ A message names the file, the record and what to do about it.
 
 
 class OgmkitError(Exception):
-    """Root of all errors that ogmkit raises on purpose."""
+    """Root of all errors that ogmkit raises on purpose.
+
+    Args:
+        message: one line.
+        kind: what is wrong, in words that are the same for all files and records with that fault.
+    """
+
+    def __init__(self, message: str, *, kind: str = "") -> None:
+        super().__init__(message)
+        self.kind = kind
 
 
 class TableError(OgmkitError):
@@ -14,6 +23,10 @@ class TableError(OgmkitError):
 
 class DataFileError(OgmkitError):
     """An image, LiDAR sweep or map mask is absent, unreadable, or lies outside the dataset."""
+
+
+class FrameFileError(DataFileError):
+    """An image or LiDAR sweep that a frame needs is absent, damaged or of another size."""
 
 
 class SettingsError(OgmkitError, ValueError):

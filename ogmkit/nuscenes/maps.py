@@ -21,7 +21,8 @@ from ogmkit.nuscenes.decoded import (
     tile_checksums,
 )
 from ogmkit.nuscenes.mask_cache import cache_folder, decoding
-from ogmkit.nuscenes.png import read_grey_png
+from ogmkit.nuscenes.mask_faults import refuse_vector_map, unreadable
+from ogmkit.nuscenes.mask_files import read_mask
 from ogmkit.typing import BoolArray, UInt8Array
 
 
@@ -108,16 +109,19 @@ class MaskStore:
         Any number of processes may do so at once: one decodes, the others wait and find its work.
 
         Args:
-            png: 8-bit greyscale (255 = drivable, as in the devkit's `MapMask`) or 1-bit PNG.
+            png: greyscale PNG (255 = drivable, as in the devkit's `MapMask`), or another PNG or JPEG in black
+                and white (`ogmkit.nuscenes.mask_files`).
 
         Raises:
-            DataFileError: the mask is absent, no such PNG, damaged, or larger than 2^31 pixels.
+            DataFileError: the mask is absent, damaged, no such picture, or over 2^31 pixels (over 2^29, where
+                it is no greyscale PNG).
             OutputError: the cache folder can't be written.
         """
+        refuse_vector_map(png)
         try:
             source = file_status(png)
         except OSError as error:
-            raise DataFileError(f"{png}: map mask can't be read ({error.strerror}); restore it") from error
+            raise unreadable(png, error) from error
         state = (source.st_size, source.st_mtime_ns)
         decoded = self._decoded_path(png)
         header = _current_header(decoded, state)
@@ -140,7 +144,7 @@ def _current_header(decoded: Path, state: tuple[int, int]) -> Header | None:
 
 def _decode(png: Path, decoded: Path, state: tuple[int, int]) -> Header:
     """Decode a mask into a file beside the target, which then takes its place whole."""
-    image = read_grey_png(png)
+    image = read_mask(png)
     header = Header(image.height, image.width, *state)
     partial = decoded.with_suffix(".partial")  # one name: what a killed run left is overwritten
     try:

@@ -2,17 +2,20 @@
 
 import struct
 import zlib
+from collections.abc import Collection
 from pathlib import Path
 
 from PIL.Image import Image
 from PIL.PngImagePlugin import PngImageFile
 
 from ogmkit.base.files import open_file
-from ogmkit.errors import DataFileError
+from ogmkit.nuscenes.mask_faults import Limit, cut_short, not_whole, unsuitable
 from ogmkit.nuscenes.png_stream import require_whole_stream
 
-_MAX_PIXELS = 1 << 31
-_MAX_SIDE = 1 << 20
+GREY = Limit("greyscale PNG", 1 << 31)
+COLOUR = Limit("colour PNG", 1 << 29)
+"""Decoded, a pixel takes one byte in greyscale, and up to five otherwise."""
+
 _END_CHECKSUM = b"\xaeB`\x82"
 _UNREADABLE = (OSError, SyntaxError, ValueError, EOFError, struct.error, zlib.error)
 """What Pillow and zlib raise on bad PNGs."""
@@ -21,34 +24,36 @@ _UNREADABLE = (OSError, SyntaxError, ValueError, EOFError, struct.error, zlib.er
 def read_grey_png(path: Path) -> Image:
     """Check a map mask to its last byte, then decode it, at one byte a pixel.
 
+    Raises:
+        DataFileError: the file is absent, no greyscale PNG of 1 to 8 bits, damaged, or over 2^31 pixels.
+    """
+    return _read(path, ("L", "1"), GREY)
+
+
+def read_colour_png(path: Path) -> Image:
+    """The same of a PNG in colours, with a palette or transparency: up to 2^29 pixels, of four bytes each."""
+    return _read(path, ("RGB", "RGBA", "LA", "P"), COLOUR)
+
+
+def _read(path: Path, modes: Collection[str], limit: Limit) -> Image:
+    """Read a PNG of some of Pillow's modes.
+
     `PngImageFile` itself, since `PIL.Image.open` refuses real masks as decompression bombs; the limits here
     take that check's place.
-
-    Raises:
-        DataFileError: the file is absent, no 8-bit greyscale or 1-bit PNG, damaged, or over 2^31 pixels.
     """
     try:
         with open_file(path) as file:
             image = PngImageFile(file)
-            _check_header(path, image)
+            if image.mode not in modes:
+                raise unsuitable(path, f"is a PNG of mode {image.mode}")
+            limit.require(path, image.width, image.height)
             image.verify()  # checksums of all chunks; decoding alone would forgive a missing end
             if file.read(len(_END_CHECKSUM)) != _END_CHECKSUM:
-                raise DataFileError(f"{path}: map mask is cut short; restore it")
+                raise cut_short(path)
             require_whole_stream(file)
             file.seek(0)
             image = PngImageFile(file)
             image.load()
     except _UNREADABLE as error:
-        raise DataFileError(f"{path}: map mask is not a whole PNG ({error}); restore it") from error
+        raise not_whole(path, "PNG", error) from error
     return image
-
-
-def _check_header(path: Path, image: Image) -> None:
-    if image.mode not in ("L", "1"):
-        raise DataFileError(
-            f"{path}: map mask is a PNG of mode {image.mode}; 8-bit greyscale is needed: convert it"
-        )
-    if max(image.size) > _MAX_SIDE or image.width * image.height > _MAX_PIXELS:
-        raise DataFileError(
-            f"{path}: map mask of {image.width} × {image.height} pixels is over 2^31 in all or 2^20 a side"
-        )
