@@ -126,6 +126,10 @@ def _failure(error: BaseException, command: str | None) -> Failure:
         return Interrupted(_interrupted(command))
     if isinstance(error, MemoryError):
         return Failure("error: out of memory; try fewer --workers or a smaller grid")
+    if isinstance(error, OSError) and error.filename is not None:
+        return Failure(
+            f"error: {error.filename}: {error.strerror}; check the disk and permissions, then run again"
+        )
     return Failure(f"error: {error}")
 
 

@@ -1,15 +1,18 @@
 """The one door through which files are read: regular files only, never more than a limit, without waiting.
 
 A named pipe would hold the reader up, and a device has no end. Whatever is refused is an OSError whose
-`strerror` says why, so that callers name the file and the remedy as for any other file that can't be read.
+`strerror` says why, so that callers name the file and the remedy as for any other file that can't be read. It
+names the file too, also while that is read, where the system alone doesn't.
 """
 
 import errno
 import os
 import stat
-from io import BufferedReader
+from collections.abc import Iterator
+from contextlib import contextmanager
+from io import BufferedReader, FileIO
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 MAX_BYTES = 1 << 28
 """Of a file that is read whole: 256 MiB."""
@@ -37,13 +40,13 @@ def open_file(path: Path) -> BufferedReader:
     """Open a regular file for reading bytes.
 
     Raises:
-        OSError: as `file_status`, or permission is denied.
+        OSError: as `file_status`, or permission is denied; also while it is read.
     """
     file_status(path)  # to open a pipe or a device may already have an effect
-    descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
-    file = os.fdopen(descriptor, "rb")
+    file: BufferedReader = BufferedReader(_NamedFile(path, opener=_open))
     try:
-        _require_regular(path, os.fstat(descriptor))  # it may have been replaced meanwhile
+        with _named(path):
+            _require_regular(path, os.fstat(file.fileno()))  # it may have been replaced meanwhile
     except OSError:
         file.close()
         raise
@@ -61,7 +64,8 @@ def read_bytes(path: Path, most: int = MAX_BYTES) -> bytes:
         OSError: as `open_file`, or it is larger.
     """
     with open_file(path) as file:
-        size = os.fstat(file.fileno()).st_size
+        with _named(path):
+            size = os.fstat(file.fileno()).st_size
         data = b"" if size > most else file.read(most + 1)
     if max(size, len(data)) > most:
         raise OSError(errno.EFBIG, f"larger than {most:,} bytes", str(path))
@@ -83,7 +87,7 @@ def is_lfs_pointer(head: bytes) -> bool:
 
 
 def fault_of(error: OSError) -> Literal["absent", "damaged", "unreadable"]:
-    """What a refusal says: of the file, or (`unreadable`) of the system, which may let it be read another time."""
+    """What a refusal says: of the file, or (`unreadable`) of the system, which may let it be read later."""
     if isinstance(error, FileNotFoundError | NotADirectoryError):
         return "absent"
     return "damaged" if error.errno in (errno.EISDIR, errno.EINVAL, errno.EFBIG) else "unreadable"
@@ -95,3 +99,30 @@ def _require_regular(path: Path, status: os.stat_result) -> None:
         raise IsADirectoryError(errno.EISDIR, "a folder, not a file", str(path))
     if kind != stat.S_IFREG:
         raise OSError(errno.EINVAL, f"{_KINDS.get(kind, 'something else')}, not a regular file", str(path))
+
+
+class _NamedFile(FileIO):
+    """A file whose refusals to be read name it."""
+
+    def readinto(self, buffer: Any, /) -> int | None:  # noqa: ANN401  # as of `FileIO`
+        with _named(self.name):
+            return super().readinto(buffer)
+
+    def readall(self) -> bytes:
+        with _named(self.name):
+            return super().readall()
+
+
+@contextmanager
+def _named(path: Path | str) -> Iterator[None]:
+    """Name the file in what the system refuses."""
+    try:
+        yield
+    except OSError as error:
+        error.filename = str(path)
+        raise
+
+
+def _open(name: str, flags: int) -> int:
+    """Without waiting for whoever would write into a pipe that has taken the file's place."""
+    return os.open(name, flags | os.O_NONBLOCK)

@@ -39,6 +39,16 @@ def test_a_pipe_is_refused_at_once(pipe, read):
     assert caught.value.filename == str(pipe)
 
 
+@pytest.mark.parametrize(
+    "read", [lambda file: file.read(), lambda file: file.read(1), lambda file: file.readinto(bytearray(9))]
+)
+def test_what_is_refused_while_a_file_is_read_names_it_too(read):
+    memory = Path("/proc/self/mem")  # a regular file that can be opened; nothing is mapped at its beginning
+    with open_file(memory) as file, pytest.raises(OSError, match="Input/output error") as caught:
+        read(file)
+    assert caught.value.filename == str(memory)
+
+
 @pytest.mark.parametrize("read", READERS)
 def test_a_device_is_refused(read):
     with pytest.raises(OSError, match="a device, not a regular file"):

@@ -47,7 +47,7 @@ def run_raising(monkeypatch):
         ),
         (
             OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "x.h5"),
-            "ogmkit: error: [Errno 28] No space left on device: 'x.h5'",
+            "ogmkit: error: x.h5: No space left on device; check the disk and permissions, then run again",
             1,
         ),
     ],
