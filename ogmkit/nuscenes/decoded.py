@@ -47,12 +47,16 @@ class Header:
 
     @classmethod
     def read(cls, path: Path) -> Self | None:
-        """Read a file's header; None if it is missing, incomplete or of another version."""
+        """Read a file's header; None if it is missing, incomplete or of another version.
+
+        Raises:
+            OSError: the system refuses to read it, or it is no regular file.
+        """
         try:
             with open_file(path) as file:
                 data = file.read(cls.SIZE)
                 file_bytes = os.fstat(file.fileno()).st_size
-        except OSError:
+        except FileNotFoundError:
             return None
         if len(data) < cls.SIZE:
             return None

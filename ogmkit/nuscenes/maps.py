@@ -2,6 +2,8 @@
 
 import hashlib
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -20,7 +22,7 @@ from ogmkit.nuscenes.decoded import (
     read_checksums,
     tile_checksums,
 )
-from ogmkit.nuscenes.mask_cache import cache_folder, decoding
+from ogmkit.nuscenes.mask_cache import cache_folder, decoding, readable_header
 from ogmkit.nuscenes.mask_faults import refuse_vector_map, unreadable
 from ogmkit.nuscenes.mask_files import read_mask
 from ogmkit.typing import BoolArray, UInt8Array
@@ -40,18 +42,21 @@ class MapMask:
 
     @cached_property
     def _header(self) -> Header:
-        header = Header.read(self.path)
+        with _reading(self.path):
+            header = Header.read(self.path)
         if header is None or (header.rows, header.columns) != self.shape:
             raise DataFileError(f"{self.path}: decoded map mask was removed or changed in use; run again")
         return header
 
     @cached_property
     def _bits(self) -> UInt8Array:
-        return np.memmap(self.path, np.uint8, "r", Header.SIZE, self._header.bits_shape)
+        with _reading(self.path):
+            return np.memmap(self.path, np.uint8, "r", Header.SIZE, self._header.bits_shape)
 
     @cached_property
     def _checksums(self) -> NDArray[np.uint32]:
-        return read_checksums(self.path, self._header)
+        with _reading(self.path):
+            return read_checksums(self.path, self._header)
 
     @cached_property
     def _sound(self) -> BoolArray:
@@ -136,9 +141,21 @@ class MaskStore:
         return cache_folder(self.cache_dir) / f"{name}.mask"
 
 
+@contextmanager
+def _reading(path: Path) -> Iterator[None]:
+    """Turn what the system refuses while a decoded mask is read into a DataFileError that names it."""
+    try:
+        yield
+    except OSError as error:
+        raise DataFileError(
+            f"{path}: decoded map mask can't be read ({error.strerror or error}); check the disk and "
+            "permissions"
+        ) from error
+
+
 def _current_header(decoded: Path, state: tuple[int, int]) -> Header | None:
     """The header of a decoded mask, if that is whole and made from the source's present state."""
-    header = Header.read(decoded)
+    header = readable_header(decoded)
     return header if header is not None and header.source_state == state else None
 
 

@@ -48,16 +48,10 @@ def cached_masks(folder: Path) -> tuple[CachedMask, ...]:
     """The decoded masks in a folder, by name, and what killed runs left; none if the folder is missing.
 
     Raises:
-        OutputError: the folder can't be read.
+        OutputError: the folder, or a mask in it, can't be read.
     """
-    found = []
     with cache_errors(folder):
-        for path in sorted(folder.iterdir()) if folder.exists() else ():
-            if _OURS.fullmatch(path.name):
-                header = Header.read(path)
-                shape = (0, 0) if header is None else (header.rows, header.columns)
-                found.append(CachedMask(path.name, path.lstat().st_size, shape))
-    return tuple(found)
+        return tuple(_cached_mask(path, Header.read(path)) for path in _masks(folder))
 
 
 def clear_cache(folder: Path) -> tuple[CachedMask, ...]:
@@ -71,13 +65,22 @@ def clear_cache(folder: Path) -> tuple[CachedMask, ...]:
     Raises:
         OutputError: the folder can't be read or written.
     """
-    if not cached_masks(folder):
-        return ()
+    with cache_errors(folder):
+        if not _masks(folder):
+            return ()
     with decoding(folder):
-        removed = cached_masks(folder)
-        for mask in removed:
-            (folder / mask.file).unlink(missing_ok=True)
-    return removed
+        removed = {path: _cached_mask(path, readable_header(path)) for path in _masks(folder)}
+        for path in removed:
+            path.unlink(missing_ok=True)
+    return tuple(removed.values())
+
+
+def readable_header(path: Path) -> Header | None:
+    """A decoded mask's header; None also where the system refuses to read it."""
+    try:
+        return Header.read(path)
+    except OSError:
+        return None
 
 
 @contextmanager
@@ -103,3 +106,12 @@ def cache_errors(folder: Path) -> Iterator[None]:
             f"{folder}: decoded map masks can't be kept here ({error}); name another folder with --cache-dir "
             f"or {VARIABLE}"
         ) from error
+
+
+def _masks(folder: Path) -> list[Path]:
+    return sorted(path for path in folder.iterdir() if _OURS.fullmatch(path.name)) if folder.exists() else []
+
+
+def _cached_mask(path: Path, header: Header | None) -> CachedMask:
+    shape = (0, 0) if header is None else (header.rows, header.columns)
+    return CachedMask(path.name, path.lstat().st_size, shape)

@@ -52,6 +52,18 @@ def test_damaged_masks_are_shown_without_a_size(cache):
     assert any(line.split()[1:] == ["0×0", "1"] for line in cache_command().stdout.splitlines())
 
 
+def test_a_mask_that_can_t_be_read_is_named_and_no_damage_is_said_of_it(cache):
+    path = next(cache.glob("*.mask"))
+    path.unlink()
+    path.symlink_to(path.name)  # to open it is refused: too many levels of links
+    result = cache_command()
+    assert result.exit_code == 1
+    assert str(path) in result.stderr
+    assert "0×0" not in result.stdout
+    assert cache_command("--clear").exit_code == 0
+    assert not path.is_symlink()
+
+
 def test_a_folder_that_is_not_there_is_empty_and_stays_away(tmp_path):
     for arguments in ([], ["--clear"]):
         result = cache_command("--cache-dir", str(tmp_path / "none"), *arguments)
