@@ -1,12 +1,14 @@
 """`synthesize`: a whole nuScenes dataset out of nothing, from settings and a seed."""
 
 import json
-import tempfile
-from collections.abc import Callable
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from filelock import FileLock, Timeout
 
 from ogmkit.errors import OutputError
 from ogmkit.synthetic.layout import Layout, Location, build_layout
@@ -59,9 +61,7 @@ def synthesize(
     if out.resolve() == Path.cwd():
         raise OutputError(f"{out}: is the current folder, which would be replaced; name one inside it")
     try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=f".{out.name}.", dir=out.parent) as scratch:
-            making = Path(scratch) / "dataset"
+        with _scratch(out) as making:
             summary = _make(making, settings, on_progress)
             if out.exists():
                 out.rmdir()
@@ -69,6 +69,29 @@ def synthesize(
     except OSError as error:
         raise OutputError(f"{out}: {error.strerror or error}; check space and permissions") from error
     return summary
+
+
+@contextmanager
+def _scratch(out: Path) -> Iterator[Path]:
+    """A place beside `out` for what is being made. What a killed run left there is removed.
+
+    Raises:
+        OutputError: another run is making the same dataset.
+        OSError: the system refuses.
+    """
+    folder = out.with_name(f".{out.name}.making")
+    folder.mkdir(parents=True, exist_ok=True)
+    lock = FileLock(folder / "lock", timeout=0)
+    try:
+        lock.acquire()
+    except Timeout as error:
+        raise OutputError(f"{out}: another run is making it; wait for it") from error
+    try:
+        shutil.rmtree(folder / "dataset", ignore_errors=True)
+        yield folder / "dataset"
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)  # what can't be removed now, the next run removes
+        lock.release()
 
 
 def _make(

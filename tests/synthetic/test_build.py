@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 import pytest
 import shapely
+from filelock import FileLock
 from shapely import Point, Polygon
 
 from ogmkit.errors import OutputError, SettingsError
@@ -279,6 +280,24 @@ def test_a_failed_run_leaves_nothing_behind(tmp_path):
     with pytest.raises(KeyboardInterrupt):
         synthesize(tmp_path / "out", SynthesisSettings(**TINY), on_progress=fail)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_a_killed_run_left_is_removed_by_the_next(tmp_path):
+    left = tmp_path / ".out.making" / "dataset" / "samples"
+    left.mkdir(parents=True)
+    (left / "half.jpg").write_bytes(b"half")
+    synthesize(tmp_path / "out", SynthesisSettings(**TINY))
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+    assert not list((tmp_path / "out").rglob("half.jpg"))
+
+
+def test_two_runs_don_t_make_the_same_dataset_at_once(tmp_path):
+    (tmp_path / ".out.making").mkdir()
+    with (
+        FileLock(tmp_path / ".out.making" / "lock"),
+        pytest.raises(OutputError, match="another run is making it; wait for it"),
+    ):
+        synthesize(tmp_path / "out", SynthesisSettings(**TINY))
 
 
 @pytest.mark.parametrize(
