@@ -92,6 +92,7 @@ class Checkpoints(Callback):
     ) -> None:
         """Add what the checkpoint says of itself."""
         checkpoint[KEY] = self._card_now()
+        _count_once(checkpoint["loops"]["fit_loop"], *self._done, trainer.global_step)
 
     def state_dict(self) -> dict[str, Any]:
         """What a resumed training needs to know."""
@@ -120,3 +121,10 @@ class Checkpoints(Callback):
     def _card_now(self) -> dict[str, Any]:
         epoch, batches = self._done
         return dataclasses.replace(self._card, epoch=epoch, batches=batches).to_dict()
+
+
+def _count_once(loop: dict[str, Any], epochs: int, batches: int, steps: int) -> None:
+    """Set what Lightning counts twice where a training resumed from a whole epoch: equal states, equal bytes."""
+    for count in ("total", "current"):
+        loop["epoch_progress"][count]["processed"] = epochs
+    loop["epoch_loop.state_dict"]["_batches_that_stepped"] = steps - (batches > 0)

@@ -114,7 +114,8 @@ def test_killed_within_an_epoch_and_resumed_the_weights_are_the_same(
     assert 0 < summary.resumed_step <= step
     assert same(weights(whole), weights(cut))
     assert same(weights(whole, "best.ckpt"), weights(cut, "best.ckpt"))
-    assert (whole / "metrics.csv").read_text() == (cut / "metrics.csv").read_text()
+    for name in ("metrics.csv", "last.ckpt", "best.ckpt"):
+        assert (whole / name).read_bytes() == (cut / name).read_bytes()
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)])
@@ -144,7 +145,7 @@ def test_a_finished_training_stays_and_can_be_prolonged(tmp_path, learn_shards):
     assert same(weights(run), before)
     train(settings(epochs=2), learn_shards, run)
     train(settings(epochs=2), learn_shards, longer)
-    assert same(weights(run), weights(longer))
+    assert (run / "last.ckpt").read_bytes() == (longer / "last.ckpt").read_bytes()
 
 
 def test_the_loss_falls(tmp_path, learn_shards):
