@@ -1,5 +1,6 @@
 """What a dataset holds, counted: `ogmkit inspect`."""
 
+import errno
 import os
 from collections import Counter, defaultdict
 from dataclasses import dataclass
@@ -8,6 +9,8 @@ from pathlib import Path
 from ogmkit.errors import TableError
 from ogmkit.nuscenes.paths import resolve
 from ogmkit.nuscenes.tables import Tables
+
+_ABSENT = (errno.ENOENT, errno.ENOTDIR, errno.ELOOP, errno.ENAMETOOLONG)
 
 _SCENES = """
 SELECT s.token, coalesce(s.name, ''), coalesce(l.location, ''),
@@ -71,8 +74,16 @@ def scene_overviews(tables: Tables, root: Path) -> tuple[SceneOverview, ...]:
 
 
 def is_present(root: Path, filename: str | None) -> bool:
-    """Whether a file that a table names is there; one that leaves the root or can't be reached is not."""
-    try:
-        return filename is not None and os.path.exists(resolve(root, filename))
-    except TableError:
+    """Whether a file that a table names is there; one that leaves the root is not.
+
+    One that the system refuses to look at may be there: whoever reads it is told why it can't be read.
+    """
+    if filename is None:
         return False
+    try:
+        os.stat(resolve(root, filename))
+    except (TableError, ValueError):
+        return False
+    except OSError as error:
+        return error.errno not in _ABSENT
+    return True

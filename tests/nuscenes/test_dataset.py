@@ -1,6 +1,8 @@
 """Records against an independent derivation: plain json, dictionaries and pyquaternion."""
 
+import errno
 import json
+import os
 import pickle
 
 import numpy as np
@@ -219,6 +221,19 @@ def test_overview_counts_scenes_and_images_present(small_root):
     assert (first.name, first.location, first.frames, first.boxes) == ("scene-0001", "boston-seaport", 8, 16)
     assert (first.cameras, first.images, first.images_present) == (("CAM_BACK", "CAM_FRONT"), 16, 15)
     assert (second.frames, second.boxes, second.images, second.images_present) == (3, 6, 6, 6)
+
+
+def test_an_image_that_the_disk_refuses_to_look_at_is_not_called_absent(small_root, monkeypatch):
+    stat, refused = os.stat, small_root / "samples" / "CAM_BACK" / "1-0.jpg"
+
+    def fail(path, **options):
+        if path == refused:
+            raise OSError(errno.EIO, os.strerror(errno.EIO), str(path))
+        return stat(path, **options)
+
+    with Dataset(small_root) as dataset:
+        monkeypatch.setattr(os, "stat", fail)
+        assert [scene.images_present for scene in dataset.overview()] == [16, 6]
 
 
 def test_visibility_is_what_the_key_stands_for(make_dataset, tmp_path, edit_table):
