@@ -9,6 +9,7 @@ from ogmkit.shards import schema
 from ogmkit.shards.conformity import departures, mask_sizes, sizes
 from ogmkit.shards.fields import AddedKind, Attribute, Field
 from ogmkit.shards.reader import Shard
+from ogmkit.shards.stored import reading
 
 
 def structure_problems(shard: Shard) -> Iterator[str]:
@@ -16,7 +17,15 @@ def structure_problems(shard: Shard) -> Iterator[str]:
 
     Yields:
         A line for each departure, naming group, dataset or attribute.
+
+    Raises:
+        ShardError: the shard is damaged inside, or can't be read.
     """
+    with reading(shard.path):
+        yield from _problems(shard)
+
+
+def _problems(shard: Shard) -> Iterator[str]:
     yield from _attribute_problems(shard.h5, schema.FILE_ATTRIBUTES)
     expected = tuple(sorted(shard.settings.cameras))
     if shard.cameras != expected:

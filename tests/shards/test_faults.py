@@ -4,6 +4,7 @@ import os
 import shutil
 from pathlib import Path
 
+import h5py
 import pytest
 
 from ogmkit.errors import ShardError, UnreadableShardError
@@ -11,6 +12,7 @@ from ogmkit.frames import SceneRecord
 from ogmkit.shards.faults import damaged, refusal
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.settings import ExtractSettings
+from ogmkit.shards.structure import structure_problems
 from ogmkit.shards.summary import is_current
 from ogmkit.shards.writer import write_shard
 
@@ -76,3 +78,12 @@ def test_a_sound_shard_that_can_t_be_read_is_not_written_again(tmp_path, small_s
     settings = ExtractSettings(small_settings, ("CAM_FRONT",))
     with pytest.raises(UnreadableShardError):
         is_current(tmp_path / "a.h5", SceneRecord("a", "b", {}), settings, "v1.0-mini")
+
+
+def test_a_disk_that_fails_while_the_structure_is_compared_is_told(path, monkeypatch):
+    def fail(group, function):
+        raise RuntimeError(HDF5_TEXT)
+
+    monkeypatch.setattr(h5py.Group, "visititems", fail)
+    with Shard(path) as shard, pytest.raises(UnreadableShardError, match=r"scene-0007\.h5: can't be read"):
+        list(structure_problems(shard))
