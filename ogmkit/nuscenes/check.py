@@ -6,6 +6,7 @@ An error is what makes the extraction of some scene fail for the use in question
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Literal
 
@@ -15,8 +16,9 @@ from ogmkit.nuscenes.categories import require_known
 from ogmkit.nuscenes.files import FILE_RULES, file_problems
 from ogmkit.nuscenes.found import with_found
 from ogmkit.nuscenes.paths import one_line
-from ogmkit.nuscenes.plausible import FIGURES, implausible
-from ogmkit.nuscenes.rules import CONCERNS, Rule, find_violations, rules
+from ogmkit.nuscenes.plausible import implausible
+from ogmkit.nuscenes.rule_list import OTHER_RULES, all_rules
+from ogmkit.nuscenes.rules import CONCERNS, Rule, find_violations
 from ogmkit.nuscenes.schema import EDGE_TABLES, TABLES
 from ogmkit.nuscenes.splits import SPLITS_FILE, read_split_file, require_present
 from ogmkit.nuscenes.tables import Tables
@@ -97,17 +99,12 @@ def check_dataset(
         SettingsError: the version is absent, or several are there and none was asked for; a rule is
             unknown.
     """
+    known = tuple(all_rules())
     for rule in exclude:
-        if rule not in _rule_ids():
-            raise SettingsError(unknown("rule", rule, _rule_ids()))
+        if rule not in known:
+            raise SettingsError(unknown("rule", rule, known))
     found = _findings(dataset_root, version, use, on_progress)
     return tuple(finding for finding in found if finding.rule not in exclude)
-
-
-def _rule_ids() -> tuple[str, ...]:
-    own = ("R101", "R102", "R404", "R606", "R807")
-    on_records = (rule.id for rule in rules(complete=True))
-    return tuple(sorted({*own, *FILE_RULES, *on_records, *(figure.id for figure in FIGURES)}))
 
 
 def _findings(
@@ -141,14 +138,17 @@ def _load(tables: Tables, use: Use) -> Iterator[Finding]:
             problems["error" if needed else "warning"].append(str(error))
     for severity, lines in problems.items():
         if lines:
-            title, remedy = "table is missing or unreadable", "extract the metadata archive again"
-            yield Finding("R101", severity, title, remedy, len(lines), tuple(lines))
+            yield _other("R101", severity, len(lines), *lines)
+
+
+def _other(rule: str, severity: Severity, count: int, *examples: str) -> Finding:
+    title, remedy = OTHER_RULES[rule]
+    return Finding(rule, severity, title, remedy, count, examples)
 
 
 def _scene_findings(tables: Tables) -> Iterator[Finding]:
     if not tables.rows("SELECT 1 FROM scene WHERE name IS NOT NULL LIMIT 1"):
-        title, remedy = "the dataset has no scene", "extract the metadata archive again"
-        yield Finding("R102", "error", title, remedy, 1, ("scene.json: no record has a name",))
+        yield _other("R102", "error", 1, "scene.json: no record has a name")
 
 
 def _broken(tables: Tables, rule: Rule, use: Use) -> Iterator[Finding]:
@@ -170,12 +170,10 @@ def _lacking_findings(tables: Tables, use: Use) -> Iterator[Finding]:
     """Scenes without a single key frame of a camera or LiDAR that is used."""
     lacking = tables.rows(_LACKING, {"channels": list(use.channels)})
     if lacking:
-        first = lacking[:EXAMPLES]
-        lines = tuple(one_line(f"{scene}: no key frame of {channel}") for scene, channel in first)
         known = tables.rows("SELECT DISTINCT channel FROM key_frame WHERE channel IS NOT NULL ORDER BY 1")
         there = ", ".join(name for (name,) in known) or "none"
-        title, remedy = "scene lacks a camera", f"leave it out, or name what is there: {one_line(there)}"
-        yield Finding("R404", "error", title, remedy, len(lacking), lines)
+        lines = (f"{scene}: no key frame of {channel}; there are: {there}" for scene, channel in lacking)
+        yield _other("R404", "error", len(lacking), *map(one_line, islice(lines, EXAMPLES)))
 
 
 def _whole_findings(tables: Tables, root: Path, use: Use) -> Iterator[Finding]:
@@ -186,8 +184,7 @@ def _whole_findings(tables: Tables, root: Path, use: Use) -> Iterator[Finding]:
     try:
         require_known(use.categories, [name for (name,) in names], root)
     except SettingsError as error:
-        title, remedy = "no category is a vehicle", "name the dataset's own with --categories"
-        yield Finding("R807", "error", title, remedy, 1, (one_line(str(error)),))
+        yield _other("R807", "error", 1, one_line(str(error)))
 
 
 def _split_findings(tables: Tables, root: Path) -> Iterator[Finding]:
@@ -198,7 +195,7 @@ def _split_findings(tables: Tables, root: Path) -> Iterator[Finding]:
     try:
         require_present(path, read_split_file(path), names)
     except TableError as error:
-        yield Finding("R606", "warning", "splits.json is unsound", "correct it", 1, (one_line(str(error)),))
+        yield _other("R606", "warning", 1, one_line(str(error)))
 
 
 def _file_findings(

@@ -6,13 +6,14 @@ from pathlib import Path
 from ogmkit.base.files import file_status, read_bytes
 from ogmkit.base.images import image_size
 from ogmkit.errors import OgmkitError
-from ogmkit.nuscenes.mask_files import mask_form
+from ogmkit.nuscenes.mask_files import mask_form, read_mask
 from ogmkit.nuscenes.overview import is_present
 from ogmkit.nuscenes.paths import resolve
 from ogmkit.nuscenes.tables import Tables
 from ogmkit.nuscenes.uses import Use
 
 _LIDAR_POINT_BYTES = 20
+_DRIVABLE = 255
 MASK_M_PER_PIXEL = 0.1
 
 _KEY_FILES = """
@@ -45,6 +46,11 @@ FILE_RULES = {
     "R704": ("sweep or radar file is absent", "harmless: ogmkit reads key frames only"),
     "R705": ("map mask is absent or damaged", "extract the map archive again, or extract with --no-map"),
     "R706": ("ego drives outside its map mask", "check that map.json names the right mask"),
+    "R707": ("map mask has no drivable pixel", "drivable is 255: invert or convert the mask"),
+    "R708": (
+        "no image of the tables is there",
+        "tables of another release? choose them with --version; or download the images",
+    ),
 }
 """Number → title and remedy."""
 
@@ -58,13 +64,19 @@ def file_problems(tables: Tables, root: Path, use: Use, tick: Callable[[], None]
         use: what the dataset is used for.
         tick: called for each file.
     """
+    images = absent = 0
     for filename, channel, modality, height, width in tables.stream(_KEY_FILES):
         tick()
         if modality == "camera":
             fatal = use.images and channel in use.cameras
-            yield from _image_problems(root, filename, (height, width), fatal)
+            problems = tuple(_image_problems(root, filename, (height, width), fatal))
+            images += 1
+            absent += any(rule == "R701" for rule, _, _ in problems)
+            yield from problems
         else:
             yield from _lidar_problems(root, filename, channel == use.lidar)
+    if images and absent == images:
+        yield "R708", False, f"none of {images:,} images of key frames"
     for (filename,) in tables.stream(_OTHER_FILES):
         tick()
         if not is_present(root, filename):
@@ -99,8 +111,15 @@ def _lidar_problems(root: Path, filename: str, fatal: bool) -> Iterator[Problem]
 
 
 def _mask_problems(root: Path, filename: str, used: bool, extent_m: list[float | None]) -> Iterator[Problem]:
+    path = resolve(root, filename)
     try:
-        _, (height, width) = mask_form(resolve(root, filename))
+        if used:  # to its last byte, as extraction does
+            mask = read_mask(path)
+            width, height = mask.size
+            if not mask.histogram()[_DRIVABLE]:
+                yield "R707", False, filename
+        else:
+            _, (height, width) = mask_form(path)
     except (OSError, OgmkitError) as error:
         yield "R705", used, f"{filename}: {_reason(error).removeprefix(f'{root / filename}: ')}"
         return

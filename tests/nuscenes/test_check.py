@@ -1,9 +1,12 @@
 import json
 
+import cv2
+import numpy as np
 import pytest
 
 from ogmkit.errors import TableError
 from ogmkit.nuscenes.check import check_dataset
+from ogmkit.nuscenes.uses import Use
 
 
 def _by_rule(findings):
@@ -193,6 +196,40 @@ def test_a_mask_of_a_map_that_no_scene_uses(small_root, damage):
     (finding,) = check_dataset(small_root)
 
     assert (finding.rule, finding.severity) == ("R705", "warning")
+
+
+def _spoil_pixels(path):
+    """Another byte in the middle of the compressed pixels, header and end as they were."""
+    data = bytearray(path.read_bytes())
+    data[data.index(b"IDAT") + 12] ^= 0xFF
+    path.write_bytes(data)
+
+
+def test_a_mask_is_read_to_its_last_byte(small_root):
+    _spoil_pixels(small_root / "maps" / "1.png")
+
+    (finding,) = check_dataset(small_root)
+
+    assert (finding.rule, finding.severity) == ("R705", "error")
+    assert check_dataset(small_root, use=Use(maps=False)) == ()
+
+
+def test_a_mask_without_a_drivable_pixel(small_root):
+    cv2.imwrite(str(small_root / "maps" / "1.png"), np.full((400, 500), 254, np.uint8))
+
+    (finding,) = check_dataset(small_root)
+
+    assert (finding.rule, finding.severity, finding.examples) == ("R707", "warning", ("maps/1.png",))
+
+
+def test_tables_of_another_release_than_the_files(small_root):
+    for path in small_root.glob("samples/CAM_*/*"):
+        path.unlink()
+
+    findings = _by_rule(check_dataset(small_root))
+
+    assert findings["R708", "warning"].examples == ("none of 22 images of key frames",)
+    assert findings["R701", "error"].count == 11
 
 
 def test_a_mask_too_small_for_the_drive(small_root, damage):
