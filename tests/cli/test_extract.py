@@ -10,6 +10,7 @@ import pytest
 from click.testing import CliRunner
 from ogmkit_cli.main import main
 
+MOMENTS = 10
 FULL_DISK = """
 import resource, signal, sys
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
@@ -171,21 +172,21 @@ def slow_arguments(arguments):
     return build
 
 
-@pytest.mark.parametrize("moments", [4, pytest.param(10, marks=pytest.mark.slow)])
-def test_killed_and_finished_it_is_as_undisturbed(tmp_path, slow_arguments, contents, start, moments):
+@pytest.mark.slow
+def test_killed_and_finished_it_is_as_undisturbed(tmp_path, slow_arguments, contents, start):
     started = time.monotonic()
     assert start(*slow_arguments(tmp_path / "whole")).finish() == (0, "")
     run_time_s = time.monotonic() - started
     out, hits = tmp_path / "out", 0
-    for moment in range(moments):
+    for moment in range(MOMENTS):
         killed = start(*slow_arguments(out))
-        time.sleep(run_time_s * (moment + 0.5) / moments)
+        time.sleep(run_time_s * (moment + 0.5) / MOMENTS)
         hits += killed.send(signal.SIGKILL)
         killed.finish()
         if moment % 3 == 2:  # leave work for the moments to come
             for shard in out.glob("*.h5"):
                 shard.unlink()
-    assert hits > moments / 2
+    assert hits > MOMENTS / 2
     assert start(*slow_arguments(out)).finish() == (0, "")
     assert contents(out) == contents(tmp_path / "whole")
 

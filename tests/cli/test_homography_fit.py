@@ -21,6 +21,7 @@ from ogmkit.pipeline.homography_fit import DEFAULT_METHODS
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.verify import verify_folder
 
+MOMENTS = 10
 FULL_DISK = """
 import resource, signal, sys
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
@@ -232,16 +233,16 @@ def test_a_full_disk_leaves_old_shards_intact(out, contents, complaints):
     assert verify_folder(out) == ()
 
 
-@pytest.mark.parametrize("moments", [4, pytest.param(10, marks=pytest.mark.slow)])
-def test_killed_and_finished_it_is_as_undisturbed(tmp_path, out, extracted, contents, start, moments):
+@pytest.mark.slow
+def test_killed_and_finished_it_is_as_undisturbed(tmp_path, out, extracted, contents, start):
     whole = shutil.copytree(extracted, tmp_path / "whole")
     started = time.monotonic()
     assert start("homography-fit", whole, "--workers", "2").finish() == (0, "")
     run_time_s = time.monotonic() - started
     hits = 0
-    for moment in range(moments):
+    for moment in range(MOMENTS):
         process = start("homography-fit", out, "--workers", "2")
-        time.sleep(run_time_s * (moment + 0.5) / moments)
+        time.sleep(run_time_s * (moment + 0.5) / MOMENTS)
         hits += process.send(signal.SIGKILL)
         process.finish()
         for path in out.glob("*.h5"):
@@ -250,7 +251,7 @@ def test_killed_and_finished_it_is_as_undisturbed(tmp_path, out, extracted, cont
         if moment % 3 == 2:  # leave work for the moments to come
             shutil.rmtree(out)
             shutil.copytree(extracted, out)
-    assert hits > moments / 3  # a machine that is less busy than at first finishes before the late ones
+    assert hits > MOMENTS / 3  # a machine that is less busy than at first finishes before the late ones
     assert start("homography-fit", out, "--workers", "2").finish() == (0, "")
     assert contents(out) == contents(whole)
 

@@ -13,6 +13,8 @@ from ogmkit.footprints.settings import FootprintSettings
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.verify import verify_folder
 
+MOMENTS = 10
+
 
 @pytest.fixture(scope="module")
 def fitted(tmp_path_factory, extracted):
@@ -115,17 +117,17 @@ def test_unknown_methods_and_ranges_are_usage_errors(out, options):
     assert run(out, *options).exit_code == 2
 
 
-@pytest.mark.parametrize("moments", [4, pytest.param(10, marks=pytest.mark.slow)])
-def test_killed_and_finished_it_is_as_undisturbed(tmp_path, out, fitted, contents, start, moments):
+@pytest.mark.slow
+def test_killed_and_finished_it_is_as_undisturbed(tmp_path, out, fitted, contents, start):
     options = ["--workers", "2", "--scale", "0.25"]
     whole = shutil.copytree(fitted, tmp_path / "whole")
     started = time.monotonic()
     assert start("render-footprints", whole, *options).finish() == (0, "")
     run_time_s = time.monotonic() - started
     hits = 0
-    for moment in range(moments):
+    for moment in range(MOMENTS):
         process = start("render-footprints", out, *options)
-        time.sleep(run_time_s * (moment + 0.5) / moments)
+        time.sleep(run_time_s * (moment + 0.5) / MOMENTS)
         hits += process.send(signal.SIGKILL)
         process.finish()
         for path in out.glob("*.h5"):
@@ -134,7 +136,7 @@ def test_killed_and_finished_it_is_as_undisturbed(tmp_path, out, fitted, content
         if moment % 3 == 2:  # leave work for the moments to come
             shutil.rmtree(out)
             shutil.copytree(fitted, out)
-    assert hits > moments / 3  # a machine that is less busy than at first finishes before the late ones
+    assert hits > MOMENTS / 3  # a machine that is less busy than at first finishes before the late ones
     assert start("render-footprints", out, *options).finish() == (0, "")
     assert contents(out) == contents(whole)
     assert verify_folder(out) == ()

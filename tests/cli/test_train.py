@@ -210,6 +210,7 @@ def test_what_a_training_tells_where_stderr_is_no_terminal(shards, tmp_path):
     assert len([line for line in longer if re.match(r"train homography: epoch ", line)]) == 1
 
 
+@pytest.mark.slow
 def test_ctrl_c_at_a_terminal_reaches_no_worker_and_the_step_is_saved(shards, tmp_path, start):
     out = tmp_path / "run"
     options = ["--epochs", "1000", "--accumulate", "2", "--workers", "2"]

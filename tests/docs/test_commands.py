@@ -179,6 +179,7 @@ def test_the_readme_makes_targets(readme_folder):
     assert {"errors.png", "shards", "pictures"} <= {path.name for path in readme_folder.iterdir()}
 
 
+@pytest.mark.slow
 def test_the_readme_trains(readme_folder, monkeypatch):
     pytest.importorskip("torch", reason="torch is not installed: pip install 'ogmkit[train]'")
     monkeypatch.chdir(readme_folder)

@@ -226,6 +226,7 @@ def test_lidar_points_are_counted_in_the_boxes(tiny_dataroot, rows, by_token):
     assert np.median(np.abs(differences)) <= 1
 
 
+@pytest.mark.slow
 def test_same_settings_give_the_same_bytes_and_another_seed_other_ones(tmp_path):
     for name, seed in (("a", 1), ("b", 1), ("c", 2)):
         synthesize(tmp_path / name, SynthesisSettings(**TINY, seed=seed))

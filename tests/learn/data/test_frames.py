@@ -204,7 +204,7 @@ def test_a_plain_place_is_never_augmented(make):
 
 
 @pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
-@pytest.mark.parametrize("start", ["fork", "spawn"])
+@pytest.mark.parametrize("start", ["fork", pytest.param("spawn", marks=pytest.mark.slow)])
 def test_workers_read_what_this_process_reads(make, start):
     dataset = make(ALL, augment=Augmentation())
     here = [dataset[(i, 100 + i)] for i in range(len(dataset))]  # the handles are open when workers start

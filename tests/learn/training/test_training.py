@@ -118,7 +118,8 @@ def test_killed_within_an_epoch_and_resumed_the_weights_are_the_same(
         assert (whole / name).read_bytes() == (cut / name).read_bytes()
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_workers_and_interruptions_change_nothing(tmp_path, learn_shards, number):
     whole, cut = tmp_path / "whole", tmp_path / "cut"
     train(settings("footprints", epochs=2), learn_shards, whole)
