@@ -1,0 +1,183 @@
+"""The other half of the table: which files are broken, how, and who reads them."""
+
+from dataclasses import dataclass
+
+from harness import mutate
+from harness.mutate import Mutator
+
+
+@dataclass(frozen=True)
+class Broken:
+    """A kind of broken input.
+
+    Attributes:
+        name: of the kind.
+        files: pattern of the files in the scenario's folder, of which one is broken.
+        ways: how; one is drawn.
+        readers: scenarios that read them; one is drawn.
+        checked: whether a checksum covers every byte, so that a run may succeed only with the sound result.
+        weight: its share of all cases, beside the others'.
+        slow: its readers are, so that short samples leave it out.
+    """
+
+    name: str
+    files: str
+    ways: tuple[Mutator, ...]
+    readers: tuple[str, ...]
+    checked: bool = False
+    weight: int = 1
+    slow: bool = False
+
+
+_FOLDER_READERS = ("verify", "inspect shards", "homography-fit", "render-footprints", "preview")
+
+BROKEN = {
+    one.name: one
+    for one in (
+        Broken(
+            "table values",
+            "world/v1.0-mini/*.json",
+            (mutate.change_json,),
+            ("check", "extract with masks", "inspect dataset"),
+            weight=6,
+        ),
+        Broken(
+            "table bytes",
+            "world/v1.0-mini/*.json",
+            (mutate.damage, mutate.disarrange),
+            ("check", "extract with masks"),
+            weight=2,
+        ),
+        Broken(
+            "splits",
+            "world/splits.json",
+            (mutate.change_json, mutate.damage),
+            ("extract with masks", "inspect dataset"),
+        ),
+        Broken(
+            "images",
+            "world/samples/CAM_FRONT/*.jpg",
+            (mutate.damage, mutate.disarrange),
+            ("check", "extract with masks"),
+            weight=2,
+        ),
+        Broken(
+            "sweeps",
+            "world/samples/LIDAR_TOP/*.bin",
+            (mutate.damage, mutate.disarrange),
+            ("check", "extract with masks"),
+        ),
+        Broken("map masks", "world/maps/*.png", (mutate.damage, mutate.disarrange), ("extract",)),
+        Broken("decoded masks", "cache/*.mask", (mutate.damage,), ("extract again",), checked=True),
+        Broken(
+            "shard bytes",
+            "shards/*.h5",
+            (mutate.damage,),
+            ("verify", "homography-fit", "inspect shard", "extract again"),
+            weight=2,
+        ),
+        Broken(
+            "shard values",
+            "shards/*.h5",
+            (mutate.change_h5,),
+            ("verify", "homography-fit", "inspect shards"),
+            weight=3,
+        ),
+        Broken(
+            "shards with homographies",
+            "fitted/*.h5",
+            (mutate.change_h5, mutate.damage),
+            ("render-footprints",),
+            weight=2,
+        ),
+        Broken(
+            "shards with footprints",
+            "rendered/*.h5",
+            (mutate.change_h5, mutate.damage),
+            ("preview",),
+            weight=2,
+        ),
+        Broken(
+            "shards of plans",
+            "plans/*.h5",
+            (mutate.change_h5, mutate.damage),
+            ("evaluate planner", "predict plans"),
+            weight=2,
+        ),
+        Broken(
+            "manifest values",
+            "shards/manifest.json",
+            (mutate.change_json,),
+            ("verify", "inspect shards", "homography-fit", "extract again"),
+        ),
+        Broken(
+            "manifest bytes",
+            "shards/manifest.json",
+            (mutate.damage,),
+            ("verify", "inspect shards", "homography-fit"),
+            checked=True,
+        ),
+        Broken("chain file", "chain.yaml", (mutate.change_yaml, mutate.damage), ("plan of run",), weight=2),
+        Broken(
+            "settings file",
+            "settings.yaml",
+            (mutate.change_yaml, mutate.damage),
+            ("print settings",),
+            weight=2,
+        ),
+        Broken(
+            "run's settings",
+            "planner/config.yaml",
+            (mutate.change_yaml, mutate.damage),
+            ("inspect run", "train on"),
+        ),
+        Broken(
+            "run's figures",
+            "planner/metrics.csv",
+            (mutate.damage, mutate.disarrange),
+            ("inspect run", "train on"),
+        ),
+        Broken(
+            "run's splits",
+            "planner/splits.json",
+            (mutate.change_json, mutate.damage),
+            ("inspect run", "train on"),
+        ),
+        Broken(
+            "calibration",
+            "past.json",
+            (mutate.change_json, mutate.damage),
+            ("predict plan of calibration",),
+            weight=2,
+        ),
+        Broken(
+            "calibration of a camera",
+            "camera.json",
+            (mutate.change_json, mutate.damage),
+            ("predict masks of files",),
+            slow=True,
+        ),
+        Broken(
+            "images to predict on",
+            "images/*.jpg",
+            (mutate.damage, mutate.disarrange),
+            ("predict masks of files",),
+            slow=True,
+        ),
+        Broken(
+            "checkpoint bytes",
+            "planner/*.ckpt",
+            (mutate.damage,),
+            ("predict plans", "evaluate planner", "inspect checkpoint"),
+            checked=True,
+        ),
+        Broken(
+            "checkpoint content",
+            "planner/*.ckpt",
+            (mutate.change_checkpoint,),
+            ("predict plans", "evaluate planner", "inspect checkpoint"),
+            weight=2,
+        ),
+    )
+}
+"""Kinds by name; a new one is a line here."""
