@@ -13,7 +13,7 @@ from ogmkit.target_settings import TargetSettings
 
 from .command import Command
 from .grid_options import grid_options
-from .logs import complain
+from .logs import complain, note
 from .options import (
     cache_dir_option,
     dataroot_argument,
@@ -25,16 +25,15 @@ from .options import (
 )
 from .paths import ANY
 from .progress import progress
-from .record_options import record_options, setting_options
+from .record_options import record_options
 from .text import one_line
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from ogmkit.grid import GridSpec
-    from ogmkit.pipeline.extract import ExtractSummary
+    from ogmkit.pipeline.extract_summary import ExtractSummary, FailureGroup
     from ogmkit.pipeline.plan import ScenePlan
-    from ogmkit.shards.settings import Compression
 
 _NAMED = 3
 """Scenes by name, of those that failed for one reason."""
@@ -55,7 +54,7 @@ _NAMED = 3
 @split_file_option
 @grid_options
 @record_options(TargetSettings, "targets")
-@setting_options(ExtractSettings)
+@record_options(ExtractSettings, "settings")
 @workers_option
 @cache_dir_option
 @click.option("--overwrite", is_flag=True, help="Rebuild existing shards; other settings are allowed.")
@@ -70,8 +69,7 @@ def command(
     split_file: Path | None,
     grid: GridSpec,
     targets: TargetSettings,
-    cameras: tuple[str, ...],
-    compression: Compression,
+    settings: ExtractSettings,
     workers: int,
     cache_dir: Path | None,
     overwrite: bool,
@@ -82,15 +80,17 @@ def command(
 
     Each scene of DATAROOT becomes OUT/<scene>.h5 with rasters, boxes, trajectories, calibration and images;
     OUT/manifest.json lists them. To resume after an interruption, run the same command again.
-    Scenes that fail are named at the end, with exit code 1.
+    Scenes that fail are named at the end, with exit code 1; those that --only-complete leaves out too, with
+    exit code 0 as long as there are others.
     """
     from ogmkit.nuscenes.dataset import Dataset
     from ogmkit.pipeline.execution import Execution
     from ogmkit.pipeline.extract import extract
+    from ogmkit.pipeline.extract_summary import grouped
     from ogmkit.pipeline.plan import plan
     from ogmkit.pipeline.selection import select_scenes
 
-    settings = ExtractSettings(replace(targets, grid=grid), cameras, compression)
+    settings = replace(settings, targets=replace(targets, grid=grid))
     with Dataset(dataroot, version) as dataset:
         chosen = select_scenes(dataset, scenes, splits, split_file)
         if dry_run:
@@ -107,10 +107,14 @@ def command(
                 strict=strict,
                 cache_dir=cache_dir,
             )
-    _show(_summary_lines(summary))
-    for line in _failure_lines(summary):
+    _show(_summary_lines(summary, settings))
+    for line in _group_lines("left out", grouped(summary.left_out, remedies=False)):
+        note(f"ogmkit: {line}")
+    for line in _group_lines("failed", grouped(summary.failures)):
         complain(line)
-    if summary.failures:
+    if summary.left_out and not summary.scenes:
+        complain(f"{out}: no scene is left")
+    if summary.failures or not summary.scenes:
         raise click.exceptions.Exit(1)
 
 
@@ -127,30 +131,33 @@ def _plan_lines(scenes: Sequence[ScenePlan]) -> Iterator[tuple[str, str]]:
             one_line(scene.scene),
             f"{scene.action:<8}{scene.frames:>6} frames"
             if scene.error is None
-            else one_line(str(scene.error)),
+            else one_line(f"{scene.action}: {scene.error}"),
         )
     writing = [scene for scene in scenes if scene.action in ("write", "replace")]
     frames = sum(scene.frames for scene in writing)
     yield "in all", f"{len(writing)} of {len(scenes)} scenes to write, {frames} frames"
 
 
-def _failure_lines(summary: ExtractSummary) -> Iterator[str]:
-    """A line a reason: where a map is missing, that of hundreds of scenes is the same."""
+def _group_lines(state: str, groups: Sequence[FailureGroup]) -> Iterator[str]:
+    """A line a kind of reason."""
     from ogmkit.base.names import listed
 
-    scenes_of: dict[str, list[str]] = {}
-    for failure in summary.failures:
-        scenes_of.setdefault(str(failure.error), []).append(failure.scene)
-    for error, scenes in scenes_of.items():
-        yield one_line(f"{listed(scenes, _NAMED)} failed: {error}")
+    for group in groups:
+        others = " (this is the first; the others are alike)" if group.others else ""
+        yield one_line(f"{listed(group.scenes, _NAMED)} {state}: {group.reason}{others}")
 
 
-def _summary_lines(summary: ExtractSummary) -> Iterator[tuple[str, str]]:
+def _summary_lines(summary: ExtractSummary, settings: ExtractSettings) -> Iterator[tuple[str, str]]:
     minutes, seconds = divmod(summary.seconds, 60)
     yield "scenes", f"{summary.scenes} ({summary.kept} were there)"
+    if settings.only_complete or summary.left_out:
+        yield "scenes left out", f"{len(summary.left_out)}"
     yield "frames", f"{summary.frames}"
+    if settings.skip_bad_frames or summary.frames_left_out:
+        yield "frames left out", f"{summary.frames_left_out}"
     yield "valid trajectories", f"{summary.valid_trajectories}"
-    yield "drivable cells", f"{summary.drivable_share:.2%}"
+    if not settings.targets.no_map:
+        yield "drivable cells", f"{summary.drivable_share:.2%}"
     yield "vehicle cells", f"{summary.vehicle_share:.2%}"
     typical, shortest, longest = summary.step_s
     yield "step", f"{typical:.3f} s ({shortest:.3f} to {longest:.3f} s)" if summary.frames else "none"

@@ -32,15 +32,18 @@ def command(path: Path, version: str | None, as_json: bool) -> None:
 
     PATH is a dataset's root, a folder that `ogmkit extract` wrote or a shard in it (scene.h5), a RUN folder
     that `ogmkit train` wrote, or a checkpoint (file.ckpt), which needs torch to be read. Of shards, also the
-    frames that lack a valid trajectory, homography or set of masks are listed, with the reason.
+    frames that lack a valid trajectory, homography or set of masks are listed, with the reason, and how many
+    were left out.
 
     Fields of --json: path, kind (dataset, shards, shard, run or checkpoint), then by kind:
 
     \b
     dataset     version, cameras, splits, scenes
-    shards      version, dataroot, settings, shards, invalid (camera, of, reason, frames: how many)
+    shards      version, dataroot, settings, shards, invalid (camera, of, reason, frames: how many),
+                left_out (camera, reason, frames: how many)
     shard       scene, location, version, grid, cameras (camera, frames, datasets),
-                invalid (scene, camera, of, reason, frames: their numbers from 0)
+                invalid (scene, camera, of, reason, frames: their numbers from 0),
+                left_out (camera, reason, frames: how many)
     run         system, settings, scenes, checkpoints, figures (epoch, step, name, value)
     checkpoint  system, settings, grid, cameras, epoch, package_version
     """  # noqa: D301  # Click wants the character
@@ -82,6 +85,7 @@ def _dataset(root: Path, version: str | None) -> dict[str, Any]:
 def _shards(folder: Path, version: str | None) -> dict[str, Any]:
     del version
     from ogmkit.shards.invalid import count_invalid
+    from ogmkit.shards.left_out import count_left_out_of_all
     from ogmkit.shards.manifest import read_manifest
 
     manifest = read_manifest(folder)
@@ -91,6 +95,7 @@ def _shards(folder: Path, version: str | None) -> dict[str, Any]:
         "settings": manifest.settings.to_dict(),
         "shards": [asdict(entry) for entry in manifest.shards],
         "invalid": [asdict(count) for count in count_invalid(folder, manifest)],
+        "left_out": [asdict(count) for count in count_left_out_of_all(folder, manifest)],
     }
 
 
@@ -98,6 +103,7 @@ def _shard(path: Path, version: str | None) -> dict[str, Any]:
     del version
     from ogmkit.shards.faults import H5_ERRORS, damaged
     from ogmkit.shards.invalid import invalid_frames
+    from ogmkit.shards.left_out import count_left_out
     from ogmkit.shards.reader import Shard
 
     with Shard(path) as shard:
@@ -109,6 +115,7 @@ def _shard(path: Path, version: str | None) -> dict[str, Any]:
                 "grid": asdict(shard.grid),
                 "cameras": [_camera(shard, camera) for camera in shard.cameras],
                 "invalid": [asdict(found) for found in invalid_frames(shard)],
+                "left_out": [asdict(count) for count in count_left_out(shard)],
             }
         except H5_ERRORS as error:
             raise damaged(path, error) from error

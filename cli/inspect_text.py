@@ -40,6 +40,7 @@ def _shards(held: _Held) -> Iterator[str]:
     ]
     yield text_table(("scene", "location", "frames", "bytes", "splits"), rows)
     yield ""
+    yield from _left_out(held)
     if not held["invalid"]:
         yield "invalid frames: none"
         return
@@ -63,6 +64,7 @@ def _shard(held: _Held) -> Iterator[str]:
         ]
         yield text_table(("dataset", "shape", "type", "holds"), rows)
     yield ""
+    yield from _left_out(held)
     if not held["invalid"]:
         yield "invalid frames: none"
         return
@@ -71,6 +73,14 @@ def _shard(held: _Held) -> Iterator[str]:
         for one in held["invalid"]
     ]
     yield text_table(("camera", "invalid", "frames", "reason", "which, from 0"), found)
+
+
+def _left_out(held: _Held) -> Iterator[str]:
+    """Frames that are not there."""
+    if held["left_out"]:
+        counts = [tuple(one[name] for name in ("camera", "frames", "reason")) for one in held["left_out"]]
+        yield text_table(("camera", "left out", "reason"), counts)
+        yield ""
 
 
 def _run(held: _Held) -> Iterator[str]:

@@ -1,6 +1,6 @@
 """Frame records: all that targets are made from, frozen, light and picklable."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -74,7 +74,7 @@ class FrameRecord:
         dataroot: the dataset's root folder.
         scene_name: such as `scene-0103`.
         location: the map's name, such as `boston-seaport`.
-        map_path: the drivable-area mask, relative to the root.
+        map_path: the drivable-area mask, relative to the root; empty where none is asked for.
         camera: channel name, such as `CAM_FRONT`.
         sample_token: the key frame's token.
         sample_data_token: the image's token.
@@ -121,6 +121,21 @@ class FrameRecord:
         return result
 
 
+@dataclass(frozen=True)
+class LeftOutFrame:
+    """A frame that isn't among its camera's, since a file that it needs is absent or bad.
+
+    Attributes:
+        sample_data_token: the image's token.
+        timestamp_us: the image's own.
+        reason: what is wrong, in a few words.
+    """
+
+    sample_data_token: str
+    timestamp_us: int
+    reason: str
+
+
 @dataclass(frozen=True, eq=False)
 class SceneRecord:
     """One scene: its frames by camera, in temporal order.
@@ -129,11 +144,13 @@ class SceneRecord:
         name: the scene's name.
         location: the map's name.
         cameras: channel name → that camera's frames.
+        left_out: channel name → frames that are not among them, in temporal order; no entry where none is.
     """
 
     name: str
     location: str
     cameras: dict[str, tuple[FrameRecord, ...]]
+    left_out: dict[str, tuple[LeftOutFrame, ...]] = field(default_factory=dict)
 
 
 def neighbours(

@@ -43,14 +43,22 @@ class TargetSettings:
         unset=f"{GAP_STEPS:g} × the step",
     )
     images: ImagesMode = setting(
-        "bytes", "Keep each JPEG itself, or only its path (none: the file may be absent)."
+        "bytes", "Keep each image file itself, or only its path (none: the file may be absent)."
     )
     lidar: bool = setting(False, "Also keep the LiDAR points, moved to the image's time.")
+    lidar_channel: str = setting("LIDAR_TOP", "The LiDAR whose points these are.", form="CHANNEL")
+
+    no_map: bool = setting(False, "Leave the drivable area out: no map mask is needed.")
 
     def __post_init__(self) -> None:
         require_stated(self)
         if not self.categories or not all(self.categories):
             raise SettingsError("categories: name at least one prefix, such as vehicle.")
+
+    @property
+    def lidar_source(self) -> str | None:
+        """The channel of the LiDAR that is read; None where no points are kept."""
+        return self.lidar_channel if self.lidar else None
 
     @property
     def gap_s(self) -> float:

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from ogmkit.base.files import read_bytes
-from ogmkit.base.jpeg import jpeg_size
-from ogmkit.errors import DataFileError
+from ogmkit.base.files import fault_of, read_bytes
+from ogmkit.base.images import image_size
+from ogmkit.errors import DataFileError, FrameFileError
 from ogmkit.frames import FrameRecord
 from ogmkit.nuscenes.maps import MapMask, MaskStore
 from ogmkit.nuscenes.paths import resolve
@@ -25,15 +25,15 @@ class FrameTargets:
     """All that is computed or read for one frame; what else a shard holds is in the `FrameRecord`.
 
     Attributes:
-        drivable: (rows, columns) uint8, 1 on the drivable area.
+        drivable: (rows, columns) uint8, 1 on the drivable area; None where the settings leave it out.
         vehicles: (rows, columns) uint8, 1 on a selected box.
         field_of_view: (rows, columns) uint8, 1 where the camera sees the flat ground.
         trajectory: past and future of the ego.
-        image: the original JPEG bytes, None unless the settings keep them.
+        image: the bytes of the original file (JPEG or PNG), None unless the settings keep them.
         lidar_points: (P, 4) float32 x, y, z (metres, level frame) and intensity, None unless asked for.
     """
 
-    drivable: UInt8Array
+    drivable: UInt8Array | None
     vehicles: UInt8Array
     field_of_view: UInt8Array
     trajectory: Trajectory
@@ -56,12 +56,20 @@ def frame_targets(
         TableError: a file name leaves the dataset's root.
         OutputError: the cache folder can't be written.
     """
+    chosen = settings or TargetSettings()
+    if chosen.no_map:
+        return build_targets(frame, chosen, None)
     map_mask = MaskStore(cache_dir).open(resolve(frame.dataroot, frame.map_path))
-    return build_targets(frame, settings or TargetSettings(), map_mask)
+    return build_targets(frame, chosen, map_mask)
 
 
-def build_targets(frame: FrameRecord, settings: TargetSettings, map_mask: MapMask) -> FrameTargets:
+def build_targets(frame: FrameRecord, settings: TargetSettings, map_mask: MapMask | None) -> FrameTargets:
     """Make a frame's targets.
+
+    Args:
+        frame: the frame.
+        settings: what targets to make.
+        map_mask: the map's; None leaves the drivable area out.
 
     Raises:
         DataFileError: the image or LiDAR sweep is absent or damaged.
@@ -71,7 +79,7 @@ def build_targets(frame: FrameRecord, settings: TargetSettings, map_mask: MapMas
     image = None if settings.images == "none" else read_image(frame)
     shown = select(frame.boxes, settings.categories, settings.min_visibility)
     return FrameTargets(
-        drivable=drivable_mask(grid, level_from_global, map_mask),
+        drivable=None if map_mask is None else drivable_mask(grid, level_from_global, map_mask),
         vehicles=vehicle_mask(grid, level_from_global, shown),
         field_of_view=field_of_view_mask(grid, frame.intrinsics, frame.level_from_camera, frame.image_size),
         trajectory=trajectory(frame, settings.gap_s, step_s=settings.step_s),
@@ -84,25 +92,28 @@ def read_image(frame: FrameRecord) -> bytes:
     """The frame's image as its file holds it, once that has proved whole and of the table's size.
 
     Raises:
-        DataFileError: the file is absent, not a whole JPEG, or of another size.
+        FrameFileError: the file is absent, not a whole JPEG or PNG, or of another size.
+        DataFileError: the system refuses to read it.
         TableError: the file's name leaves the dataset's root.
     """
     path = resolve(frame.dataroot, frame.image_path)
     try:
         data = read_bytes(path, _MAX_IMAGE_BYTES)
-        size = jpeg_size(data)
+        size = image_size(data)
     except OSError as error:
-        raise DataFileError(_image_problem(frame, path, f"can't be read ({error.strerror})")) from error
+        raise _image_problem(frame, path, f"can't be read ({error.strerror})", fault_of(error)) from error
     except ValueError as error:
-        raise DataFileError(_image_problem(frame, path, f"is not a whole JPEG ({error})")) from error
+        raise _image_problem(frame, path, f"is not a whole JPEG or PNG ({error})", "damaged") from error
     if size != frame.image_size:
         found, expected = (f"{width} × {height}" for height, width in (size, frame.image_size))
-        raise DataFileError(_image_problem(frame, path, f"is {found} pixels, by its table {expected}"))
+        raise _image_problem(frame, path, f"is {found} pixels, by its table {expected}", "of another size")
     return data
 
 
-def _image_problem(frame: FrameRecord, path: Path, what: str) -> str:
-    return (
-        f"{path}: image of sample_data {frame.sample_data_token} {what}; "
-        f"restore it, or extract without images: --images none"
+def _image_problem(frame: FrameRecord, path: Path, what: str, state: str) -> DataFileError:
+    fault = DataFileError if state == "unreadable" else FrameFileError
+    return fault(
+        f"{path}: image of sample_data {frame.sample_data_token} {what}; restore it, or leave out such "
+        "scenes (--only-complete), such frames (--skip-bad-frames) or all images: --images none",
+        kind=f"image is {state}",
     )

@@ -27,6 +27,15 @@ def real_dataroot():
 
 
 @pytest.fixture(scope="session")
+def partial_dataroot():
+    """Two scenes of the real v1.0-mini; of all but CAM_FRONT only the first three key frames' files."""
+    root = DATA / "nuscenes-mini-images"
+    if not root.is_dir():
+        pytest.skip(f"real nuScenes data is absent: {root}")
+    return root
+
+
+@pytest.fixture(scope="session")
 def shared_folder(tmp_path_factory):
     """A folder that is filled once for all processes: `shared_folder(name, fill)`; tests only read it.
 

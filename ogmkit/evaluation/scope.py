@@ -11,6 +11,7 @@ from ogmkit.errors import SettingsError
 from ogmkit.evaluation.frames import Place
 from ogmkit.grid import GridSpec
 from ogmkit.samples.index import FrameIndex, index_frames
+from ogmkit.samples.requirements import require_drivable
 from ogmkit.samples.spec import SampleSpec
 from ogmkit.samples.splits import split_scenes
 from ogmkit.shards import schema
@@ -92,10 +93,11 @@ def scope_of(
     Raises:
         SettingsError: the split is unknown or empty, or a camera or a homography isn't there.
         TableError: the split file is absent or malformed.
-        ShardError: a shard or the manifest is absent or damaged.
+        ShardError: a shard or the manifest is absent or damaged, or shards don't know the drivable area.
         TrainingError: the split has no frame.
     """
     splits = evaluated_splits(shards, split, split_file)
+    require_drivable(shards, read_manifest(shards))
     index = index_frames(shards, splits[split], cameras, needs=SampleSpec(), limit=limit)
     training = None
     if splits.get(TRAINING):

@@ -113,6 +113,11 @@ class OwnGridTraining(EncoderTraining):
         unset="the shards' cells",
     )
 
+    @property
+    def learns_drivable(self) -> bool:
+        """It does, from above."""
+        return True
+
 
 @dataclass(frozen=True, kw_only=True)
 class VedTraining(ImageTraining, OwnGridTraining):

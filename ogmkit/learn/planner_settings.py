@@ -88,6 +88,11 @@ class MidToEndTraining(PoolingTraining):
 
     system: ClassVar[str] = "mid-to-end"
 
+    @property
+    def learns_drivable(self) -> bool:
+        """It sees the true masks."""
+        return True
+
 
 @dataclass(frozen=True, kw_only=True)
 class HolisticTraining(PoolingTraining, MaskTraining, RecomputingTraining):
@@ -110,6 +115,11 @@ class HolisticTraining(PoolingTraining, MaskTraining, RecomputingTraining):
         super().__post_init__()
         if self.freeze and self.perception is None:
             raise SettingsError("freeze: needs a perception run whose weights are kept")
+
+    @property
+    def learns_drivable(self) -> bool:
+        """Its perception does, unless that is frozen."""
+        return not self.freeze
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -97,6 +97,11 @@ class TrainSettings:
         return None
 
     @property
+    def learns_drivable(self) -> bool:
+        """Whether the system learns from, or plans on, the true drivable area."""
+        return self.masks_learnt is not None
+
+    @property
     def homographies_read(self) -> Mapping[str, str]:
         """Setting → source of homographies in the shards that the system learns from."""
         return {}

@@ -1,6 +1,6 @@
 """A nuScenes-style dataset: scenes as frozen records, checked where they are used (design.md §7)."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from types import TracebackType
 
@@ -10,7 +10,7 @@ from ogmkit.errors import SettingsError, TableError
 from ogmkit.frames import SceneRecord
 from ogmkit.nuscenes import splits as split_lists
 from ogmkit.nuscenes.found import with_found
-from ogmkit.nuscenes.overview import SceneOverview, scene_overviews
+from ogmkit.nuscenes.overview import SceneOverview, key_files, scene_overviews
 from ogmkit.nuscenes.paths import one_line
 from ogmkit.nuscenes.records import SceneKey, frame_records, lidar_records, read_boxes, read_images
 from ogmkit.nuscenes.rules import CONCERNS, Rule, find_violations
@@ -83,6 +83,10 @@ class Dataset:
     def overview(self) -> tuple[SceneOverview, ...]:
         """Counts of every scene, sorted by name; looks which images are there."""
         return scene_overviews(self._tables, self.root)
+
+    def key_files(self, channels: Sequence[str], *, maps: bool) -> Iterator[tuple[str, str, str]]:
+        """Scene, channel and name of the files of key frames, and of map masks, whose channel is empty."""
+        return key_files(self._tables, channels, maps=maps)
 
     def map_path(self, location: str) -> str:
         """The drivable-area mask of a location, relative to the root.

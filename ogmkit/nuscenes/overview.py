@@ -3,6 +3,7 @@
 import errno
 import os
 from collections import Counter, defaultdict
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,6 +25,17 @@ _IMAGES = """
 SELECT k.scene, k.channel, k.filename FROM key_frame k
 JOIN sensor e ON e.token = k.sensor_token
 WHERE e.modality = 'camera'
+"""
+_KEY_FILES = """
+SELECT coalesce(s.name, s.token), k.channel, k.filename FROM key_frame k JOIN scene s ON s.token = k.scene
+WHERE list_contains(?, k.channel) AND k.filename IS NOT NULL
+ORDER BY k.row
+"""
+_MASKS = """
+SELECT coalesce(s.name, s.token), '', m.filename FROM scene s
+JOIN map m ON list_contains(m.log_tokens, s.log_token)
+WHERE m.filename IS NOT NULL
+ORDER BY s.rowid, m.rowid
 """
 
 
@@ -71,6 +83,19 @@ def scene_overviews(tables: Tables, root: Path) -> tuple[SceneOverview, ...]:
         )
         for token, name, location, frames, boxes in tables.rows(_SCENES)
     )
+
+
+def key_files(tables: Tables, channels: Sequence[str], *, maps: bool) -> Iterator[tuple[str, str, str]]:
+    """Scene, channel and name of the files of key frames, then of map masks, whose channel is empty.
+
+    Args:
+        tables: loaded and prepared (`uses.prepare`).
+        channels: of cameras and LiDARs.
+        maps: whether map masks are wanted.
+    """
+    yield from tables.stream(_KEY_FILES, [list(channels)])
+    if maps:
+        yield from tables.rows(_MASKS)
 
 
 def is_present(root: Path, filename: str | None) -> bool:

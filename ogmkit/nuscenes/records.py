@@ -39,7 +39,7 @@ Columns = Mapping[str, NDArray[Any]]
 
 @dataclass(frozen=True)
 class SceneKey:
-    """What a scene's frames have in common; `token` finds its rows."""
+    """What a scene's frames have in common; `token` finds its rows, `map_path` may be empty."""
 
     dataroot: Path
     token: str

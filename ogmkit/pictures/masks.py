@@ -24,8 +24,8 @@ class Masks:
     """One frame of a set.
 
     Attributes:
-        drivable: (height, width) uint8 0/1; 0 where the frame's masks were not made.
-        vehicles: as `drivable`.
+        drivable: (height, width) uint8 0/1; 0 where the shard was made without maps.
+        vehicles: as `drivable`; both are 0 where the frame's masks were not made.
         bev_from_mask: (3, 3) pixels of these masks to cells; None where that can't be.
         reason: why it can't; else empty.
     """
@@ -73,9 +73,9 @@ class MaskSet:
             ShardError: set or homography lack something, or a valid homography has no inverse.
             OSError: a part of the shard is damaged.
         """
-        drivable, vehicles = (
-            self._row(f"footprints/{self.name}/{kind}", index) for kind in ("drivable", "vehicles")
-        )
+        vehicles = self._row(f"footprints/{self.name}/vehicles", index)
+        known = not self.shard.settings.targets.no_map
+        drivable = self._row(f"footprints/{self.name}/drivable", index) if known else np.zeros_like(vehicles)
         reason = self._why_not(index)
         if reason:
             return Masks(drivable, vehicles, None, reason)

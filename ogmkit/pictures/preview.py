@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from ogmkit.base.atomic import output_errors, require_outside
-from ogmkit.base.names import matching
+from ogmkit.base.names import matching, with_number
 from ogmkit.errors import SettingsError, ShardError
 from ogmkit.pictures.bev_panel import plan_for
 from ogmkit.pictures.masks import MaskSet, open_sets
@@ -95,12 +95,13 @@ def draw_shard(
         tiles = [kind.tile(view, plan, sets) for view in views]
     except OSError as error:
         raise damaged(shard.path, error) from error
-    heading = Heading(shard.scene, camera, _note(shard, count, sets))
+    heading = Heading(shard.scene, camera, _note(shard, camera, sets))
     return draw_sheet(heading, tiles, kind.columns, kind.groups)
 
 
-def _note(shard: Shard, count: int, sets: Sequence[MaskSet]) -> str:
+def _note(shard: Shard, camera: str, sets: Sequence[MaskSet]) -> str:
     grid, parts = shard.grid, []
+    left_out = shard.left_out(camera)
     if sets:
         chosen = sets[-1]
         other = "" if chosen.homography == chosen.name else f", homography {chosen.homography}"
@@ -108,9 +109,11 @@ def _note(shard: Shard, count: int, sets: Sequence[MaskSet]) -> str:
     parts += [
         shard.location,
         shard.dataset_version,
-        f"{count} frame{'s' if count > 1 else ''}",
+        with_number(shard.frames(camera), "frame") + (f", {left_out} left out" if left_out else ""),
         f"{grid.rows} by {grid.columns} cells of {grid.m_per_cell:g} m",
     ]
+    if shard.settings.targets.no_map:
+        parts.append("drivable area unknown (--no-map)")
     return " · ".join(parts)
 
 

@@ -30,9 +30,9 @@ class View:
         camera_from_box: (M, 4, 4).
         size_wlh: (M, 3) metres.
         category: M full names.
-        drivable: (rows, columns) uint8 0/1, as `vehicles` and `field_of_view`.
-        vehicles: see `drivable`.
-        field_of_view: see `drivable`.
+        drivable: (rows, columns) uint8 0/1; all 0 where the shard was made without maps.
+        vehicles: (rows, columns) uint8 0/1.
+        field_of_view: as `vehicles`.
         past: (6, 2) metres in the level frame, oldest first; NaN where there is none.
         future: (6, 2), as `past`.
     """
@@ -77,7 +77,7 @@ def read_view(shard: Shard, camera: str, index: int, *, dataroot: Path | None = 
     def row(name: str) -> Any:  # noqa: ANN401  # arrays and scalars of several dtypes
         return shard.dataset(camera, name)[index]
 
-    boxes = shard.boxes(camera, index)
+    boxes, drivable = shard.boxes(camera, index), shard.drivable(camera, index)
     height, width = row("image_size").tolist()
     first_us = int(shard.dataset(camera, "timestamp_us")[0])
     return View(
@@ -89,7 +89,7 @@ def read_view(shard: Shard, camera: str, index: int, *, dataroot: Path | None = 
         camera_from_box=inverse(row("global_from_ego") @ row("ego_from_camera")) @ boxes.global_from_box,
         size_wlh=boxes.size_wlh,
         category=boxes.category,
-        drivable=row("drivable"),
+        drivable=np.zeros(shard.grid.shape, np.uint8) if drivable is None else drivable,
         vehicles=row("vehicles"),
         field_of_view=row("field_of_view"),
         past=row("trajectory/past"),
@@ -120,7 +120,7 @@ def _decode(source: Path | io.BytesIO, size: tuple[int, int], place: str, remedy
             if found == size:
                 return np.asarray(picture.convert("RGB"))
     except (OSError, SyntaxError, Image.DecompressionBombError) as error:
-        reason = getattr(error, "strerror", None) or "is not a whole JPEG"
+        reason = getattr(error, "strerror", None) or "is not a whole JPEG or PNG"
         raise DataFileError(f"{place}: {reason}; {remedy}") from error
     shown, expected = (f"{width} × {height}" for height, width in (found, size))
     raise DataFileError(f"{place}: is {shown} pixels, by its record {expected}; {remedy}")

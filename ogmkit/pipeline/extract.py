@@ -5,86 +5,26 @@ import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
 from pathlib import Path
 
 from ogmkit.base.names import with_number
 from ogmkit.base.news import Found, tell
-from ogmkit.errors import OgmkitError, OutputError
+from ogmkit.errors import OgmkitError
 from ogmkit.frames import SceneRecord
-from ogmkit.nuscenes.maps import MaskStore
 from ogmkit.pipeline import output
 from ogmkit.pipeline.execution import DEFAULT_EXECUTION, Execution, run_over
+from ogmkit.pipeline.extract_summary import ExtractSummary, SceneFailure
+from ogmkit.pipeline.frame_files import Refusal, prepare
 from ogmkit.pipeline.maps import MapsAhead
 from ogmkit.pipeline.output import Request
-from ogmkit.pipeline.selection import require_known_names
+from ogmkit.pipeline.scene_shard import Outcome, Task, make_shard
+from ogmkit.pipeline.selection import read_scene, require_known_names
 from ogmkit.pipeline.sources import SceneSource
 from ogmkit.shards.manifest import Manifest, ShardEntry, write_manifest
 from ogmkit.shards.settings import ExtractSettings
-from ogmkit.shards.summary import ShardSummary, is_current, spread, summarise
-from ogmkit.shards.writer import write_shard
+from ogmkit.shards.summary import ShardSummary, spread, summarise
 
 _LOG = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True)
-class SceneFailure:
-    """A scene that gave no shard, and why."""
-
-    scene: str
-    error: OgmkitError
-
-
-@dataclass(frozen=True)
-class ExtractSummary:
-    """What a run did.
-
-    Attributes:
-        scenes: chosen scenes that have a whole shard now.
-        kept: those of them that had one before.
-        frames: their frames over all cameras.
-        valid_trajectories: frames with a valid trajectory.
-        drivable_share: share of drivable cells, over all frames.
-        vehicle_share: share of vehicle cells, over all frames.
-        step_s: median, shortest and longest time from a frame to the one a step on; NaN without any.
-        seconds: wall time.
-        bytes: size of the shards.
-        failures: scenes that gave no shard.
-    """
-
-    scenes: int
-    kept: int
-    frames: int
-    valid_trajectories: int
-    drivable_share: float
-    vehicle_share: float
-    step_s: tuple[float, float, float]
-    seconds: float
-    bytes: int
-    failures: tuple[SceneFailure, ...]
-
-
-@dataclass(frozen=True)
-class _Task:
-    name: str
-    scene: SceneRecord | OgmkitError
-    request: Request
-    cache_dir: Path | None
-    checksum: tuple[int, str] | None
-
-
-@dataclass(frozen=True)
-class _Outcome:
-    scene: str
-    result: ShardSummary | OgmkitError
-    kept: bool = False
-
-    @property
-    def state(self) -> str:
-        """What became of the scene, in a word."""
-        if isinstance(self.result, OgmkitError):
-            return "failed"
-        return "kept" if self.kept else "written"
 
 
 def extract(
@@ -101,8 +41,9 @@ def extract(
     """Write a shard for each scene, then the manifest.
 
     Existing shards that are complete and have the same settings stay. A scene that fails doesn't stop the
-    others. Killed at any moment, the folder holds whole shards only, and the same call again finishes the
-    work.
+    others. Where the settings say so, scenes or frames whose files are absent or bad are left out; once the
+    files are there, the same call makes those shards anew. Killed at any moment, the folder holds whole
+    shards only, and the same call again finishes the work.
 
     Args:
         dataset: a `Dataset`, or a `RecordDataset` of scenes made in Python.
@@ -124,17 +65,18 @@ def extract(
     require_known_names(dataset, settings, request.scenes)
     output.check_place(out, dataset.root)
     output.check_contents(request)  # before anything is made, and again once the folder is ours
-    outcomes: list[_Outcome] = []
+    outcomes: list[Outcome] = []
     with output.locked(out):
         contents = output.check_contents(request)
         output.begin(request)
-        ahead = MapsAhead(cache_dir) if execution.executor is None and execution.workers > 1 else None
+        parallel = execution.executor is None and execution.workers > 1
+        ahead = MapsAhead(cache_dir) if parallel and not settings.targets.no_map else None
         tasks = _tasks(dataset, request, contents.checksums, cache_dir, ahead)
         cameras = ", ".join(settings.cameras)
         tell(Found(f"{with_number(len(request.scenes), 'scene')} with {cameras}; {execution.place}"))
-        with closing(run_over(_run, tasks, execution)) as done:
+        with closing(run_over(make_shard, tasks, execution)) as done:
             for outcome in done:
-                if strict and isinstance(outcome.result, OgmkitError):
+                if strict and outcome.state == "failed" and isinstance(outcome.result, OgmkitError):
                     raise outcome.result
                 outcomes.append(outcome)
                 _LOG.debug("%s: %s", outcome.scene, outcome.state)
@@ -149,61 +91,36 @@ def _tasks(
     checksums: Mapping[str, tuple[int, str]],
     cache_dir: Path | None,
     ahead: MapsAhead | None,
-) -> Iterator[_Task]:
+) -> Iterator[Task]:
     """Read one scene's records after the other, as workers become free."""
-    settings = request.settings
     for name in request.scenes:
         scene: SceneRecord | OgmkitError
         try:
-            scene = dataset.scene(
-                name, settings.cameras, lidar=settings.targets.lidar, step_s=settings.targets.step_s
-            )
-            if ahead is not None and (request.overwrite or not request.path(name).exists()):
+            scene = read_scene(dataset, name, request.settings)
+            if ahead is not None and _is_new(scene, request):
                 ahead.decode(scene)
         except OgmkitError as error:
             scene = error
-        yield _Task(name, scene, request, cache_dir, checksums.get(request.path(name).name))
+        yield Task(name, scene, request, cache_dir, checksums.get(request.path(name).name))
 
 
-def _run(task: _Task) -> _Outcome:
-    """Make one shard, or find that it is there; runs in a worker."""
-    if isinstance(task.scene, OgmkitError):
-        return _Outcome(task.name, task.scene)
-    request, path = task.request, task.request.path(task.name)
-    if not request.overwrite and is_current(path, task.scene, request.settings, request.dataset_version):
-        return _Outcome(task.name, _known(path, task.checksum), kept=True)
-    try:
-        write_shard(
-            path,
-            task.scene,
-            request.settings.targets,
-            MaskStore(task.cache_dir),
-            dataset_version=request.dataset_version,
-            compression=request.settings.compression,
-        )
-    except OutputError:
-        raise  # a full disk would fail every scene: it ends the run
-    except OgmkitError as error:
-        return _Outcome(task.name, error)
-    return _Outcome(task.name, summarise(path))
-
-
-def _known(path: Path, checksum: tuple[int, str] | None) -> ShardSummary:
-    """The figures of a shard that was there; its checksum by the manifest, if the size agrees."""
-    unchanged = checksum is not None and checksum[0] == path.stat().st_size
-    return summarise(path, sha256=checksum[1] if checksum is not None and unchanged else None)
+def _is_new(scene: SceneRecord, request: Request) -> bool:
+    """Whether a shard will be made that isn't there, as far as it shows without opening files."""
+    if request.path(scene.name).exists() and not request.overwrite:
+        return False
+    return not isinstance(prepare(scene, request.settings, read=False), Refusal)
 
 
 def _finish(
     dataset: SceneSource,
     request: Request,
     others: Sequence[Path],
-    outcomes: Sequence[_Outcome],
+    outcomes: Sequence[Outcome],
     splits: Mapping[str, Sequence[str]],
 ) -> None:
     """Write the manifest of all shards there are; without any, the folder stays marked as unfinished."""
     shards = [outcome.result for outcome in outcomes if isinstance(outcome.result, ShardSummary)]
-    failed = [outcome.scene for outcome in outcomes if isinstance(outcome.result, OgmkitError)]
+    failed = [outcome.scene for outcome in outcomes if outcome.state == "failed"]
     earlier = [request.path(scene) for scene in failed if output.has_shard(request, scene)]
     shards += [summarise(path) for path in (*others, *earlier)]
     if not shards:
@@ -225,21 +142,30 @@ def _finish(
     output.finish(request.out)
 
 
-def _summary(request: Request, outcomes: Sequence[_Outcome], seconds: float) -> ExtractSummary:
+def _summary(request: Request, outcomes: Sequence[Outcome], seconds: float) -> ExtractSummary:
     shards = [outcome.result for outcome in outcomes if isinstance(outcome.result, ShardSummary)]
-    failures = {
-        outcome.scene: outcome.result for outcome in outcomes if isinstance(outcome.result, OgmkitError)
-    }
     frames = sum(shard.frames for shard in shards)
     return ExtractSummary(
         scenes=len(shards),
-        kept=sum(outcome.kept for outcome in outcomes),
+        kept=sum(outcome.state == "kept" for outcome in outcomes),
         frames=frames,
+        frames_left_out=sum(shard.left_out for shard in shards),
         valid_trajectories=sum(shard.valid_trajectories for shard in shards),
         drivable_share=sum(shard.frames * shard.drivable_share for shard in shards) / max(1, frames),
         vehicle_share=sum(shard.frames * shard.vehicle_share for shard in shards) / max(1, frames),
         step_s=spread([shard.step_s for shard in shards if not math.isnan(shard.step_s[0])]),
         seconds=seconds,
         bytes=sum(shard.bytes for shard in shards),
-        failures=tuple(SceneFailure(name, failures[name]) for name in request.scenes if name in failures),
+        failures=_without_shard(request, outcomes, "failed"),
+        left_out=_without_shard(request, outcomes, "left out"),
     )
+
+
+def _without_shard(request: Request, outcomes: Sequence[Outcome], state: str) -> tuple[SceneFailure, ...]:
+    """Scenes in the order asked for."""
+    found = {
+        outcome.scene: SceneFailure(outcome.scene, outcome.result, outcome.absent)
+        for outcome in outcomes
+        if outcome.state == state and isinstance(outcome.result, OgmkitError)
+    }
+    return tuple(found[name] for name in request.scenes if name in found)

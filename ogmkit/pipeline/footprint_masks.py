@@ -28,7 +28,7 @@ from ogmkit.typing import FloatArray, UInt8Array
 
 @dataclass(frozen=True, eq=False)
 class Footprints:
-    """One frame's masks, (height, width) uint8 0/1 each."""
+    """One frame's masks, (height, width) uint8 0/1 each; without maps, nothing is drivable."""
 
     drivable: UInt8Array
     vehicles: UInt8Array
@@ -100,14 +100,14 @@ def _warped(shard: Shard, camera: str, settings: FootprintSettings) -> Renderer:
     bev_from_image = shard.dataset(camera, f"{place}/bev_from_image")[:]
     bev_from_mask = bev_from_image @ image_from_resized(_image_size(shard, camera), size)
     valid = shard.dataset(camera, f"{place}/valid")[:] & np.isfinite(bev_from_mask).all(axis=(1, 2))
-    drivable, vehicles = shard.dataset(camera, "drivable"), shard.dataset(camera, "vehicles")
+    drivable, vehicles = _drivable(shard, camera), shard.dataset(camera, "vehicles")
 
     def render(frame: int) -> Footprints | None:
         if not valid[frame]:
             return None
         matrix = bev_from_mask[frame]
         return Footprints(
-            warp_to_image(drivable[frame], matrix, size), warp_to_image(vehicles[frame], matrix, size)
+            warp_to_image(drivable(frame), matrix, size), warp_to_image(vehicles[frame], matrix, size)
         )
 
     return render
@@ -117,7 +117,7 @@ def _exact(shard: Shard, camera: str, settings: FootprintSettings, faces: Faces)
     """The drivable area on the ground, and faces of the same boxes that the BEV's vehicles come from."""
     size = mask_size(shard, camera, settings)
     ground, targets = _GROUNDS[settings.homography], shard.settings.targets
-    drivable = shard.dataset(camera, "drivable")
+    drivable = _drivable(shard, camera)
     level_from_global = shard.dataset(camera, "level_from_global")
 
     def render(frame: int) -> Footprints:
@@ -126,10 +126,21 @@ def _exact(shard: Shard, camera: str, settings: FootprintSettings, faces: Faces)
         boxes = select(shard.boxes(camera, frame), targets.categories, targets.min_visibility)
         polygons = faces(view, level_from_global[frame] @ boxes.global_from_box, boxes.size_wlh)
         return Footprints(
-            project_drivable(drivable[frame], targets.grid, ground(geometry), view), fill(polygons, size)
+            project_drivable(drivable(frame), targets.grid, ground(geometry), view), fill(polygons, size)
         )
 
     return render
+
+
+def _drivable(shard: Shard, camera: str) -> Callable[[int], UInt8Array]:
+    """What reads a frame's drivable area."""
+    nothing = np.zeros(shard.grid.shape, np.uint8)
+
+    def read(frame: int) -> UInt8Array:
+        found = shard.drivable(camera, frame)
+        return nothing if found is None else found
+
+    return read
 
 
 def _surface(frame: FrameGeometry) -> HeightFunction:

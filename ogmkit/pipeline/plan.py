@@ -5,12 +5,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from ogmkit.errors import OgmkitError
+from ogmkit.errors import OgmkitError, UnreadableShardError
+from ogmkit.frames import SceneRecord
 from ogmkit.nuscenes.dataset import Dataset
+from ogmkit.pipeline.frame_files import Refusal, prepare
 from ogmkit.pipeline.output import Request, check_contents, check_place
-from ogmkit.pipeline.selection import require_known_names
+from ogmkit.pipeline.resuming import is_up_to_date
+from ogmkit.pipeline.selection import read_scene, require_known_names
 from ogmkit.shards.settings import ExtractSettings
-from ogmkit.shards.summary import is_current
 
 
 @dataclass(frozen=True)
@@ -19,13 +21,13 @@ class ScenePlan:
 
     Attributes:
         scene: the scene's name.
-        action: `keep` its shard, `write` one, `replace` the existing one, or `fail`.
-        frames: over all cameras; 0 where its tables are unsound.
-        error: what is wrong with its tables; files are not looked at.
+        action: `keep` its shard, `write` one, `replace` the existing one, leave the scene out, or `fail`.
+        frames: over all cameras; 0 where the scene gives no shard.
+        error: why it gives none; files are looked for, but not read.
     """
 
     scene: str
-    action: Literal["keep", "write", "replace", "fail"]
+    action: Literal["keep", "write", "replace", "leave out", "fail"]
     frames: int
     error: OgmkitError | None = None
 
@@ -52,15 +54,20 @@ def plan(
 
 
 def _plan_scene(dataset: Dataset, request: Request, name: str) -> ScenePlan:
-    settings, path = request.settings, request.path(name)
+    path = request.path(name)
     try:
-        scene = dataset.scene(
-            name, settings.cameras, lidar=settings.targets.lidar_source, step_s=settings.targets.step_s
-        )
+        scene = read_scene(dataset, name, request.settings)
+        if not request.overwrite and path.exists() and is_up_to_date(path, scene, request, read=False):
+            return ScenePlan(name, "keep", _frames(scene))
+        prepared = prepare(scene, request.settings, read=False)
+    except UnreadableShardError:
+        raise
     except OgmkitError as error:
         return ScenePlan(name, "fail", 0, error)
-    frames = sum(map(len, scene.cameras.values()))
-    if not path.exists():
-        return ScenePlan(name, "write", frames)
-    current = is_current(path, scene, settings, request.dataset_version)
-    return ScenePlan(name, "keep" if current and not request.overwrite else "replace", frames)
+    if isinstance(prepared, Refusal):
+        return ScenePlan(name, "leave out" if prepared.left_out else "fail", 0, prepared.error)
+    return ScenePlan(name, "replace" if path.exists() else "write", _frames(prepared))
+
+
+def _frames(scene: SceneRecord) -> int:
+    return sum(map(len, scene.cameras.values()))

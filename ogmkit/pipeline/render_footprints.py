@@ -83,13 +83,14 @@ class RenderFootprints:
         frames = shard.frames(camera)
         height, width = mask_size(shard, camera, self.settings)
         symbols = {fields.FRAMES: frames, fields.HEIGHT: height, fields.WIDTH: width}
-        compression = shard.settings.compression
+        compression, parts = shard.settings.compression, fields.parts_of(shard.settings.targets)
         with file.writing() as h5:
             group = h5[f"{camera}/{self.kind.name}/{name}"]
-            drivable, vehicles = (
-                create_dataset(group, self.kind.field(mask), symbols, compression)
-                for mask in ("drivable", "vehicles")
-            )
+            masks = {
+                field.name: create_dataset(group, field, symbols, compression)
+                for field in self.kind.fields
+                if field.storage == "rasters" and field.part in parts
+            }
         valid = np.zeros(frames, dtype=np.bool_)
         render = renderer(shard, camera, self.settings)
         for frame in range(frames):
@@ -98,7 +99,8 @@ class RenderFootprints:
                 continue
             valid[frame] = True
             with file.writing():
-                drivable[frame], vehicles[frame] = made.drivable, made.vehicles
+                for mask, dataset in masks.items():
+                    dataset[frame] = getattr(made, mask)
         with file.writing():
             store_dataset(group, self.kind.field("valid"), valid, symbols)
 

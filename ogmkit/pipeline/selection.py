@@ -5,6 +5,7 @@ from pathlib import Path
 
 from ogmkit.base.names import matching, unknown
 from ogmkit.errors import SettingsError
+from ogmkit.frames import SceneRecord
 from ogmkit.nuscenes.categories import require_known
 from ogmkit.nuscenes.dataset import Dataset
 from ogmkit.pipeline.sources import SceneSource
@@ -34,6 +35,22 @@ def select_scenes(
         wanted = f"none of the scenes is in split {', '.join(splits)}" if splits else "has no scenes"
         raise SettingsError(f"{dataset.root}: {wanted}; choose others")
     return tuple(name for name in present if name in chosen)
+
+
+def read_scene(dataset: SceneSource, name: str, settings: ExtractSettings) -> SceneRecord:
+    """A scene's records, as far as the settings need them.
+
+    Raises:
+        SettingsError, TableError: as the dataset's `scene`.
+    """
+    targets = settings.targets
+    return dataset.scene(
+        name,
+        settings.cameras,
+        lidar=targets.lidar_source,
+        step_s=targets.step_s,
+        maps=not targets.no_map,
+    )
 
 
 def require_known_names(dataset: SceneSource, settings: ExtractSettings, scenes: Sequence[str]) -> None:

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ogmkit.base.files import read_bytes
-from ogmkit.errors import DataFileError
+from ogmkit.base.files import fault_of, read_bytes
+from ogmkit.errors import DataFileError, FrameFileError
 from ogmkit.frames import FrameRecord
 from ogmkit.geometry.se3 import transform_points
 from ogmkit.nuscenes.paths import resolve
@@ -24,12 +24,19 @@ def lidar_points_level(frame: FrameRecord) -> Float32Array:
         (P, 4) float32: x, y, z in metres, level frame, and intensity; points that are not finite left out.
 
     Raises:
-        DataFileError: there is no sweep, or its file is absent, empty or not a whole number of points.
+        FrameFileError: there is no sweep, or its file is absent, empty or not a whole number of points.
+        DataFileError: the system refuses to read it.
     """
     if frame.lidar is None:
-        raise DataFileError(f"sample {frame.sample_token}: has no LIDAR_TOP sweep; extract without --lidar")
+        raise FrameFileError(
+            f"sample {frame.sample_token}: has no LiDAR sweep; extract without --lidar",
+            kind="LiDAR sweep is absent",
+        )
     path = resolve(frame.dataroot, frame.lidar.path)
-    remedy = f"restore the sweep of sample {frame.sample_token}, or extract without --lidar"
+    remedy = (
+        f"restore the sweep of sample {frame.sample_token}, or leave out such scenes (--only-complete), such "
+        "frames (--skip-bad-frames) or all points: extract without --lidar"
+    )
     return moved_points(frame.level_from_global @ frame.lidar.global_from_lidar, read_points(path, remedy))
 
 
@@ -44,14 +51,22 @@ def read_points(path: Path, remedy: str) -> Float32Array:
         (P, 4) float32: x, y, z in metres, LiDAR frame, and intensity; points that are not finite left out.
 
     Raises:
-        DataFileError: the file is absent, empty or not a whole number of points.
+        FrameFileError: the file is absent, empty or not a whole number of points.
+        DataFileError: the system refuses to read it.
     """
     try:
         data = read_bytes(path)
     except OSError as error:
-        raise DataFileError(f"{path}: can't be read ({error.strerror}); {remedy}") from error
+        state = fault_of(error)
+        fault = DataFileError if state == "unreadable" else FrameFileError
+        raise fault(
+            f"{path}: can't be read ({error.strerror}); {remedy}", kind=f"LiDAR sweep is {state}"
+        ) from error
     if not data or len(data) % _BYTES_PER_POINT:
-        raise DataFileError(f"{path}: {len(data)} bytes are not whole points of 5 float32; {remedy}")
+        raise FrameFileError(
+            f"{path}: {len(data)} bytes are not whole points of 5 float32; {remedy}",
+            kind="LiDAR sweep is damaged",
+        )
     points: Float32Array = np.frombuffer(data, "<f4").reshape(-1, _VALUES)[:, :4]
     return points[np.isfinite(points).all(axis=1)]
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from ogmkit.base.names import with_number
-from ogmkit.base.steps import joined, nearest_rows
+from ogmkit.base.steps import joined
 from ogmkit.errors import SettingsError, TrainingError
 from ogmkit.grid import GridSpec
 from ogmkit.pipeline.amendment import chosen_cameras
@@ -15,6 +15,7 @@ from ogmkit.samples.requirements import require_extracted, valid_frames
 from ogmkit.samples.spec import SampleSpec
 from ogmkit.shards.folder import ShardFolder
 from ogmkit.shards.manifest import read_manifest
+from ogmkit.shards.neighbours import neighbour_rows
 from ogmkit.shards.reader import Shard
 from ogmkit.typing import BoolArray, IntArray
 
@@ -162,7 +163,7 @@ def index_sequences(
     def candidates(shard: Shard, camera: str) -> _Candidates:
         valid = valid_frames(shard, camera, replace(needs, trajectory=False))
         times_us = shard.dataset(camera, "timestamp_us")[:]
-        rows = nearest_rows(times_us, _AGO, targets.step_s)
+        rows, _ = neighbour_rows(shard, camera, _AGO)
         there = rows >= 0
         leads_on = joined(np.where(there, times_us[rows], -1), targets.gap_s)
         unbroken = np.logical_and.reduce(leads_on, axis=1)

@@ -94,13 +94,13 @@ def _images(
     frames: Rows, image_root: Path | None, source_size: IntArray, size: tuple[int, int]
 ) -> UInt8Array:
     if image_root is None:
-        jpegs, places = frames.column("image"), frames.places()
+        files, places = frames.column("image"), frames.places()
     else:
         paths = [resolve(image_root, name) for name in frames.texts("image_path")]
-        jpegs, places = [_file(path) for path in paths], tuple(map(str, paths))
+        files, places = [_file(path) for path in paths], tuple(map(str, paths))
     images = np.empty((len(source_size), *size, 3), np.uint8)
-    for image, jpeg, source, place in zip(images, jpegs, source_size, places, strict=True):
-        image[...] = decode_resized(jpeg, _pair(source), size, place)
+    for image, file, source, place in zip(images, files, source_size, places, strict=True):
+        image[...] = decode_resized(file, _pair(source), size, place)
     return images
 
 

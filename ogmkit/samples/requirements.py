@@ -16,13 +16,15 @@ from ogmkit.typing import BoolArray
 
 
 def require_extracted(out: Path, manifest: Manifest, needs: SampleSpec) -> None:
-    """Check that images and LiDAR points were extracted where they are needed.
+    """Check that drivable area, images and LiDAR points were extracted where they are needed.
 
     Raises:
         ShardError: they were not, or images are kept as paths into a dataset that is not there.
     """
     settings = manifest.settings.targets
-    again = f"ogmkit extract {manifest.dataroot} {out} --overwrite"
+    if needs.bev or needs.masks is not None:
+        require_drivable(out, manifest)
+    again = _again(out, manifest)
     if needs.lidar and not settings.lidar:
         raise ShardError(f"{out}: has no LiDAR points; run `{again} --lidar`")
     if needs.image_size is None or settings.images == "bytes":
@@ -34,6 +36,23 @@ def require_extracted(out: Path, manifest: Manifest, needs: SampleSpec) -> None:
             f"{out}: its images lie in {manifest.dataroot}, which is absent; bring it back, or extract with "
             "--images bytes"
         )
+
+
+def require_drivable(out: Path, manifest: Manifest) -> None:
+    """Check that the shards know the drivable area.
+
+    Raises:
+        ShardError: they were made without maps.
+    """
+    if manifest.settings.targets.no_map:
+        raise ShardError(
+            f"{out}: has no drivable area (--no-map), which is needed here; run `{_again(out, manifest)}`, "
+            "with the map masks in place"
+        )
+
+
+def _again(out: Path, manifest: Manifest) -> str:
+    return f"ogmkit extract {manifest.dataroot} {out} --overwrite"
 
 
 def valid_frames(shard: Shard, camera: str, needs: SampleSpec) -> dict[str, BoolArray]:

@@ -1,15 +1,20 @@
 """The small columns of a shard, gathered from records and targets by the schema's names."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import accumulate, chain
 from typing import Any
 
-from ogmkit.frames import FrameRecord
+from ogmkit.frames import FrameRecord, LeftOutFrame
+from ogmkit.shards.fields import LEFT_OUT_GROUP
 from ogmkit.trajectories import Trajectory
 
 
 def column(
-    name: str, frames: Sequence[FrameRecord], trajectories: Sequence[Trajectory], points: Sequence[int]
+    name: str,
+    frames: Sequence[FrameRecord],
+    left_out: Sequence[LeftOutFrame],
+    trajectories: Sequence[Trajectory],
+    points: Sequence[int],
 ) -> list[Any]:
     """All rows of one column that is written at once.
 
@@ -18,6 +23,7 @@ def column(
     Args:
         name: a field's, below the camera's group.
         frames: N records.
+        left_out: L frames that are not among them.
         trajectories: N trajectories.
         points: number of LiDAR points of each frame.
     """
@@ -27,4 +33,5 @@ def column(
         return list(accumulate(counts, initial=0))
     if group == "boxes":
         return list(chain.from_iterable(getattr(frame.boxes, attribute) for frame in frames))
-    return [getattr(row, attribute) for row in (trajectories if group == "trajectory" else frames)]
+    rows: Mapping[str, Sequence[Any]] = {"trajectory": trajectories, LEFT_OUT_GROUP: left_out, "": frames}
+    return [getattr(row, attribute) for row in rows[group]]

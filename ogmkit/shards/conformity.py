@@ -18,6 +18,7 @@ def sizes(group: h5py.Group, grid: GridSpec) -> dict[str, int]:
         fields.FRAMES_AND_END: frames + 1,
         fields.BOXES: _length(group, "boxes/annotation_token"),
         fields.POINTS: _length(group, "lidar/points"),
+        fields.LEFT_OUT: _length(group, f"{fields.LEFT_OUT_GROUP}/sample_data_token"),
         fields.ROWS: grid.rows,
         fields.COLUMNS: grid.columns,
     }

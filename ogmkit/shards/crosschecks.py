@@ -5,11 +5,13 @@ from itertools import chain, pairwise
 
 import numpy as np
 
-from ogmkit.base.jpeg import jpeg_size
-from ogmkit.base.steps import STEPS, nearest_rows
+from ogmkit.base.images import image_size
+from ogmkit.base.steps import STEPS
 from ogmkit.geometry.se3 import level_from_global, transform_points
 from ogmkit.raster.field_of_view import field_of_view_mask
 from ogmkit.raster.vehicles import select, vehicle_mask
+from ogmkit.shards.fields import LEFT_OUT_GROUP
+from ogmkit.shards.neighbours import neighbour_rows
 from ogmkit.shards.reader import Shard
 from ogmkit.typing import BoolArray, FloatArray, UInt8Array
 
@@ -27,7 +29,8 @@ def cross_problems(shard: Shard, camera: str) -> tuple[str, ...]:
     Returns:
         A line for each contradiction, naming the dataset and the first frame.
     """
-    columns = [line for check in (_order, _poses, _trajectories, _boxes) for line in check(shard, camera)]
+    checks = (_order, _left_out, _poses, _trajectories, _boxes)
+    columns = [line for check in checks for line in check(shard, camera)]
     rasters = _rasters(shard, camera, make_again=not columns)
     found = chain(columns, rasters, _images(shard, camera), _lidar(shard, camera))
     return tuple(f"/{camera}/{problem}" for problem in found)
@@ -63,8 +66,9 @@ def _trajectories(shard: Shard, camera: str) -> Iterator[str]:
         all_valid &= valid.all(axis=1)
         wrong = (np.isfinite(points).all(axis=2) != valid) | (np.isnan(points).all(axis=2) == valid)
         yield from first_wrong(f"trajectory/{name} contradicts {name}_valid in", wrong.any(axis=1))
-        expected = _neighbours(shard, camera, positions_global, offsets)
-        wrong = (valid & ~(np.abs(points - expected) <= _POSE_TOLERANCE).all(axis=2)).any(axis=1)
+        expected, comparable = _neighbours(shard, camera, positions_global, offsets)
+        same = (np.abs(points - expected) <= _POSE_TOLERANCE).all(axis=2)
+        wrong = (valid & comparable & ~same).any(axis=1)
         yield from first_wrong(f"trajectory/{name} contradicts the poses around", wrong)
     stored = shard.dataset(camera, "trajectory/valid")[:]
     yield from first_wrong("trajectory/valid contradicts past_valid and future_valid in", stored != all_valid)
@@ -96,6 +100,8 @@ def _rasters(shard: Shard, camera: str, *, make_again: bool) -> Iterator[str]:
         "field_of_view": _field_of_view,
     }
     for name, make in makers.items():
+        if name == "drivable" and shard.settings.targets.no_map:
+            continue
         dataset, frames, ones = shard.dataset(camera, name), shard.frames(camera), 0
         binary, same = np.ones((2, frames), dtype=np.bool_)
         for frame in range(frames):
@@ -128,10 +134,10 @@ def _images(shard: Shard, camera: str) -> Iterator[str]:
     for frame, size in enumerate(shard.dataset(camera, "image_size")[:].tolist()):
         image = shard.image(camera, frame)
         try:
-            if image is not None and jpeg_size(image.tobytes()) != tuple(size):
+            if image is not None and image_size(image.tobytes()) != tuple(size):
                 yield f"image contradicts image_size in frame {frame}"
         except ValueError as error:
-            yield f"image is not a whole JPEG in frame {frame} ({error})"
+            yield f"image is not a whole JPEG or PNG in frame {frame} ({error})"
 
 
 def _lidar(shard: Shard, camera: str) -> Iterator[str]:
@@ -150,12 +156,34 @@ def _offsets(shard: Shard, camera: str, group: str, rows: int) -> Iterator[str]:
         yield f"{group}/offsets do not rise from 0 to {rows}"
 
 
-def _neighbours(shard: Shard, camera: str, positions_global: FloatArray, steps: range) -> FloatArray:
-    """(N, 6, 2) positions of the frames some steps away, in each frame's level frame; NaN without one."""
-    times_us = shard.dataset(camera, "timestamp_us")[:]
-    rows = nearest_rows(times_us, steps, shard.settings.targets.step_s)
+def _neighbours(
+    shard: Shard, camera: str, positions_global: FloatArray, steps: range
+) -> tuple[FloatArray, BoolArray]:
+    """(N, 6, 2) positions of the frames some steps away, in each frame's level frame; NaN without one.
+
+    And (N, 6) whether that can be said: of a frame that is left out, the shard has no pose.
+    """
+    rows, left_out = neighbour_rows(shard, camera, steps)
     around = np.where((rows >= 0)[..., None], positions_global[rows], np.nan)
-    return transform_points(shard.dataset(camera, "level_from_global")[:], around)[..., :2]
+    found = transform_points(shard.dataset(camera, "level_from_global")[:], around)[..., :2]
+    return found, ~left_out
+
+
+def _left_out(shard: Shard, camera: str) -> Iterator[str]:
+    count = shard.left_out(camera)
+    if not count:
+        return
+    said = shard.attributes(camera)["frames_left_out"]
+    if said != count:
+        yield f"{LEFT_OUT_GROUP} lists {count} frames, not {said} as attribute frames_left_out says"
+    tokens = [
+        *shard.strings(camera, "sample_data_token"),
+        *shard.strings(camera, f"{LEFT_OUT_GROUP}/sample_data_token"),
+    ]
+    if len(set(tokens)) != len(tokens):
+        yield f"{LEFT_OUT_GROUP}/sample_data_token has duplicates, or names frames that are here"
+    steps_us = np.diff(shard.dataset(camera, f"{LEFT_OUT_GROUP}/timestamp_us")[:])
+    yield from first_wrong(f"{LEFT_OUT_GROUP}/timestamp_us goes back after", steps_us <= 0)
 
 
 def _rigid(matrices: FloatArray) -> BoolArray:

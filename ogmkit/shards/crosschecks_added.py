@@ -65,7 +65,7 @@ def _footprints(shard: Shard, camera: str, name: str) -> Iterator[str]:
     group = f"{FOOTPRINTS.name}/{name}"
     attributes = shard.attributes(f"{camera}/{group}")
     valid: BoolArray = shard.dataset(camera, f"{group}/valid")[:]
-    for mask in ("drivable", "vehicles"):
+    for mask in ("vehicles",) if shard.settings.targets.no_map else ("drivable", "vehicles"):
         masks = shard.dataset(camera, f"{group}/{mask}")
         highest = np.array([masks[frame].max(initial=0) for frame in range(len(valid))], dtype=np.uint8)
         yield from first_wrong(f"/{mask} holds other values than 0 and 1 in", highest > 1)

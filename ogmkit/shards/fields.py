@@ -7,11 +7,14 @@ from typing import Any, Literal
 import h5py
 import numpy as np
 
-Part = Literal["core", "image", "lidar", "optional"]
+from ogmkit.target_settings import TargetSettings
+
+Part = Literal["core", "map", "no map", "image", "lidar", "left out", "optional"]
 Storage = Literal["whole", "rasters", "bytes", "rows"]
 Dimension = str | int
 
 FRAMES, FRAMES_AND_END, BOXES, POINTS = "N", "N + 1", "M", "P"
+LEFT_OUT, LEFT_OUT_GROUP = "L", "left_out"
 ROWS, COLUMNS = "rows", "columns"
 HEIGHT, WIDTH = "height", "width"
 
@@ -23,12 +26,13 @@ class Field:
     Attributes:
         name: below the group, such as `boxes/size_wlh`.
         dtype: a numpy name, `text` (UTF-8) or `bytes` (a variable number of uint8 a row).
-        shape: sizes, or symbols: N frames, M boxes, P points, rows, columns, a mask's height and width.
+        shape: sizes, or symbols: N frames, M boxes, P points, L frames that are left out, rows, columns, a
+            mask's height and width.
         description: what a row means.
         units: of the values; empty where they have none.
         frame: coordinate frame of the values; empty where they have none.
-        part: stored always (`core`), where the settings ask for it (`image`, `lidar`), or where there are
-            such values (`optional`).
+        part: stored always (`core`), by the settings (`map` or `no map`, `image`, `lidar`), where frames are
+            left out, or where there are such values (`optional`).
     """
 
     name: str
@@ -66,12 +70,12 @@ class Field:
 
 @dataclass(frozen=True)
 class Attribute:
-    """One attribute of the file or of a group."""
+    """One attribute of the file or of a group; its part as of a `Field`."""
 
     name: str
     kind: type[str] | type[int] | type[float]
     description: str
-    optional: bool = False
+    part: Part = "core"
 
 
 @dataclass(frozen=True)
@@ -93,3 +97,21 @@ class AddedKind:
     def field(self, name: str) -> Field:
         """One of its fields."""
         return next(field for field in self.fields if field.name == name)
+
+
+def parts_of(settings: TargetSettings, *, left_out: bool = False) -> frozenset[Part]:
+    """The parts of the schema that a shard holds.
+
+    Args:
+        settings: that it is made with.
+        left_out: of a camera, whether it has lost frames.
+    """
+    conditions: dict[Part, bool] = {
+        "core": True,
+        "map": not settings.no_map,
+        "no map": settings.no_map,
+        "image": settings.images == "bytes",
+        "lidar": settings.lidar,
+        "left out": left_out,
+    }
+    return frozenset(part for part, holds in conditions.items() if holds)

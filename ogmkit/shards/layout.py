@@ -1,6 +1,6 @@
 """Making datasets as the schema describes them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import h5py
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ogmkit.shards import schema
-from ogmkit.shards.fields import Attribute, Field
+from ogmkit.shards.fields import Attribute, Field, Part
 from ogmkit.shards.settings import Compression
 
 _FILTERS: dict[Compression, dict[str, Any]] = {
@@ -18,6 +18,7 @@ _FILTERS: dict[Compression, dict[str, Any]] = {
     "none": {},
 }
 _POINTS_PER_CHUNK = 8192
+_ALWAYS: frozenset[Part] = frozenset({"core"})
 
 
 def create_dataset(
@@ -47,13 +48,16 @@ def store_dataset(group: h5py.Group, field: Field, rows: ArrayLike, sizes: Mappi
     _described(group.create_dataset(field.name, data=data, dtype=field.h5_dtype), field)
 
 
-def attribute_values(attributes: Sequence[Attribute], values: Mapping[str, Any]) -> dict[str, Any]:
-    """The values of all these attributes, in their kinds.
+def attribute_values(
+    attributes: Sequence[Attribute], values: Mapping[str, Any], parts: Collection[Part] = _ALWAYS
+) -> dict[str, Any]:
+    """The values of those attributes that belong to some parts of the schema, in their kinds.
 
     Raises:
         KeyError: one of them has no value.
     """
-    return {attribute.name: attribute.kind(values[attribute.name]) for attribute in attributes}
+    stored = (attribute for attribute in attributes if attribute.part in parts)
+    return {attribute.name: attribute.kind(values[attribute.name]) for attribute in stored}
 
 
 def _described(dataset: h5py.Dataset, field: Field) -> h5py.Dataset:

@@ -15,7 +15,7 @@ from ogmkit.grid import GridSpec
 from ogmkit.shards import schema
 from ogmkit.shards.conformity import departures, mask_sizes, sizes
 from ogmkit.shards.faults import REMEDY
-from ogmkit.shards.fields import Field
+from ogmkit.shards.fields import LEFT_OUT, Field
 from ogmkit.shards.opening import open_h5, refuse_links
 from ogmkit.shards.settings import ExtractSettings
 from ogmkit.shards.stored import Stored, reading
@@ -105,8 +105,12 @@ class Shard:
         """Number of a camera's frames."""
         return len(self.dataset(camera, "sample_token"))
 
+    def left_out(self, camera: str) -> int:
+        """Number of frames that a camera has lost, since a file was absent or bad."""
+        return self.sizes(camera)[LEFT_OUT]
+
     def sizes(self, camera: str) -> dict[str, int]:
-        """The values of the schema's symbols for a camera: frames, boxes, points, rows, columns."""
+        """The values of the schema's symbols for a camera, such as N, its frames."""
         with reading(self.path):
             if camera not in self._sizes:
                 self._sizes[camera] = sizes(self.h5[camera], self.grid)
@@ -161,11 +165,18 @@ class Shard:
             return tuple(sorted(found)) if isinstance(found, h5py.Group) else ()
 
     def image(self, camera: str, frame: int) -> UInt8Array | None:
-        """The JPEG file of a frame as uint8; None where the shard keeps no images."""
+        """The image file of a frame (JPEG or PNG) as uint8; None where the shard keeps no images."""
         with reading(self.path):
             if f"{camera}/image" not in self.h5:
                 return None
         data: UInt8Array = self.dataset(camera, "image")[frame]
+        return data
+
+    def drivable(self, camera: str, frame: int) -> UInt8Array | None:
+        """A frame's drivable area, (rows, columns) uint8 0/1; None where the shard was made without maps."""
+        if self.settings.targets.no_map:
+            return None
+        data: UInt8Array = self.dataset(camera, "drivable")[frame]
         return data
 
     def boxes(self, camera: str, frame: int) -> Boxes:

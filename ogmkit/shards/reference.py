@@ -1,14 +1,24 @@
 """The schema as documentation."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from ogmkit.shards import schema
-from ogmkit.shards.fields import AddedKind, Field
+from ogmkit.shards.fields import AddedKind, Field, Part
+
+_WHEN: Mapping[Part, str] = {
+    "core": "",
+    "map": " (not with `--no-map`)",
+    "no map": " (with `--no-map`)",
+    "image": " (with `--images bytes`)",
+    "lidar": " (with `--lidar`)",
+    "left out": " (where frames are left out)",
+    "optional": " (optional)",
+}
 
 
 def schema_markdown() -> str:
     """The schema as Markdown tables: datasets of a camera's group, of groups added to it, then attributes."""
-    tables = [_dataset_lines("`/<CAMERA>/…`", schema.FIELDS)]
+    tables = [_dataset_lines("`/<CAMERA>/…`", (*schema.FIELDS, *schema.LEFT_OUT_FIELDS))]
     tables += [_dataset_lines(f"`{_place(kind)}/…`", kind.fields) for kind in schema.ADDED]
     return "\n\n".join("\n".join(lines) for lines in (*tables, _attribute_lines())) + "\n"
 
@@ -20,11 +30,9 @@ def _place(kind: AddedKind) -> str:
 def _dataset_lines(heading: str, fields: tuple[Field, ...]) -> Iterator[str]:
     yield f"| {heading} | dtype | shape | meaning | units | frame |"
     yield "| --- | --- | --- | --- | --- | --- |"
-    when = {"core": "", "image": " (with `--images bytes`)", "lidar": " (with `--lidar`)"}
-    when["optional"] = " (optional)"
     for field in fields:
         shape = ", ".join(str(size) for size in field.shape)
-        meaning = field.description + when[field.part]
+        meaning = field.description + _WHEN[field.part]
         yield f"| `{field.name}` | {field.dtype} | ({shape}) | {meaning} | {field.units} | {field.frame} |"
 
 
@@ -36,5 +44,5 @@ def _attribute_lines() -> Iterator[str]:
     for owner, attributes in owners:
         for attribute in attributes:
             name, kind = attribute.name, attribute.kind.__name__
-            meaning = attribute.description + " (optional)" * attribute.optional
+            meaning = attribute.description + _WHEN[attribute.part]
             yield f"| {owner} | `{name}` | {kind} | {meaning} |"

@@ -1,17 +1,21 @@
 """What a shard holds: the one table from which writer, reader, verifier and documentation come."""
 
+from collections.abc import Collection
+
 from ogmkit.shards.fields import (
     BOXES,
     COLUMNS,
     FRAMES,
     FRAMES_AND_END,
     HEIGHT,
+    LEFT_OUT,
     POINTS,
     ROWS,
     WIDTH,
     AddedKind,
     Attribute,
     Field,
+    Part,
 )
 
 FORMAT = "ogmkit-shard"
@@ -30,16 +34,20 @@ FILE_ATTRIBUTES = (
     Attribute("grid_columns", int, "columns of every raster"),
     Attribute("grid_ego_row", float, "the ego's place, in cells from the grid's top edge"),
     Attribute("grid_ego_column", float, "the ego's place, in cells from the grid's left edge"),
+    Attribute("no_map", int, "1: nothing here knows the drivable area", "no map"),
 )
 
 CAMERA_ATTRIBUTES = (
     Attribute("channel", str, "camera channel, the group's name"),
     Attribute("valid_trajectories", int, "frames whose trajectory is valid"),
-    Attribute("drivable_share", float, "share of drivable cells over all frames"),
+    Attribute("drivable_share", float, "share of drivable cells over all frames", "map"),
     Attribute("vehicle_share", float, "share of vehicle cells over all frames"),
-    Attribute("step_s", float, "median time in s from a frame to the one a step on; NaN without any", True),
-    Attribute("step_min_s", float, "the shortest such time", True),
-    Attribute("step_max_s", float, "the longest such time", True),
+    Attribute(
+        "step_s", float, "median time in s from a frame to the one a step on; NaN without any", "optional"
+    ),
+    Attribute("step_min_s", float, "the shortest such time", "optional"),
+    Attribute("step_max_s", float, "the longest such time", "optional"),
+    Attribute("frames_left_out", int, "L, frames whose file was absent or bad", "left out"),
 )
 
 DATASET_ATTRIBUTES = ("description", "units", "frame")
@@ -53,7 +61,15 @@ FIELDS = (
     Field("sample_token", "text", (FRAMES,), "token of the key frame; frames stand in temporal order"),
     Field("sample_data_token", "text", (FRAMES,), "token of the camera's image"),
     Field("timestamp_us", "int64", (FRAMES,), "the image's own time", "us"),
-    Field("drivable", "uint8", _RASTER, "1 where the cell's centre is on the map's drivable area", "", "bev"),
+    Field(
+        "drivable",
+        "uint8",
+        _RASTER,
+        "1 where the cell's centre is on the map's drivable area",
+        "",
+        "bev",
+        "map",
+    ),
     Field("vehicles", "uint8", _RASTER, "1 where the cell's centre is under a vehicle", "", "bev"),
     Field(
         "field_of_view",
@@ -109,7 +125,20 @@ FIELDS = (
         part="lidar",
     ),
 )
-"""All datasets of a camera's group but those of added groups."""
+"""All datasets of a camera's group but those of added groups, and of frames that are left out."""
+
+LEFT_OUT_FIELDS = (
+    Field(
+        "left_out/sample_data_token",
+        "text",
+        (LEFT_OUT,),
+        "token of the image of a frame that is not here, in temporal order",
+        part="left out",
+    ),
+    Field("left_out/timestamp_us", "int64", (LEFT_OUT,), "its time", "us", part="left out"),
+    Field("left_out/reason", "text", (LEFT_OUT,), "what was wrong with its file", part="left out"),
+)
+"""Datasets of a camera's group that has lost frames: neighbours in time are looked for among these too."""
 
 HOMOGRAPHY = AddedKind(
     "homography",
@@ -174,7 +203,13 @@ FOOTPRINTS = AddedKind(
     "set",
     (
         Field(
-            "drivable", "uint8", (FRAMES, HEIGHT, WIDTH), "1 where the pixel shows drivable area", "", "image"
+            "drivable",
+            "uint8",
+            (FRAMES, HEIGHT, WIDTH),
+            "1 where the pixel shows drivable area",
+            "",
+            "image",
+            "map",
         ),
         Field("vehicles", "uint8", (FRAMES, HEIGHT, WIDTH), "1 where the pixel shows a vehicle", "", "image"),
         Field("valid", "bool", (FRAMES,), "whether the masks were made; they are 0 where not"),
@@ -196,10 +231,9 @@ ADDED = (HOMOGRAPHY, FOOTPRINTS)
 """Kinds of groups that a shard may hold below each camera's, `/<CAMERA>/<kind>/<name>/…`."""
 
 
-def fields(*, image: bool, lidar: bool) -> tuple[Field, ...]:
-    """The datasets that a shard holds with these settings."""
-    parts = {"core"} | ({"image"} if image else set()) | ({"lidar"} if lidar else set())
-    return tuple(field for field in FIELDS if field.part in parts)
+def fields(parts: Collection[Part]) -> tuple[Field, ...]:
+    """The datasets of these parts that a camera's group holds."""
+    return tuple(field for field in (*FIELDS, *LEFT_OUT_FIELDS) if field.part in parts)
 
 
 def field_of(name: str) -> Field | None:
@@ -210,5 +244,6 @@ def field_of(name: str) -> Field | None:
     """
     kind, _, rest = name.partition("/")
     added = next((one for one in ADDED if one.name == kind), None)
-    known, own = (FIELDS, name) if added is None else (added.fields, rest.partition("/")[2])
+    whole = (*FIELDS, *LEFT_OUT_FIELDS)
+    known, own = (whole, name) if added is None else (added.fields, rest.partition("/")[2])
     return next((field for field in known if field.name == own), None)

@@ -16,6 +16,13 @@ Compression = Literal["gzip", "lzf", "none"]
 """Of the rasters and LiDAR points. All are part of plain HDF5 but `lzf`, which h5py brings."""
 
 
+LEAVING_OUT = ("only_complete", "skip_bad_frames")
+"""Settings of an extraction that say what it goes on without."""
+
+_LATER = ("step_s", "lidar_channel", "no_map")
+"""Of targets: left out at their defaults, as shards have it that were written before they could be set."""
+
+
 @dataclass(frozen=True)
 class ExtractSettings:
     """What to extract, and how it is stored.
@@ -24,7 +31,7 @@ class ExtractSettings:
         targets: what targets to make.
 
     Raises:
-        SettingsError: no camera, one named twice, or an unknown compression.
+        SettingsError: no camera, one named twice, an unknown compression, or two ways to leave things out.
     """
 
     targets: TargetSettings = field(default_factory=TargetSettings)
@@ -32,27 +39,39 @@ class ExtractSettings:
         ("CAM_FRONT",), "Camera channel, such as CAM_FRONT.", form="CHANNEL,…", flag="--camera"
     )
     compression: Compression = setting("gzip", "Of rasters and points; lzf needs h5py to be read.")
+    only_complete: bool = setting(False, "Leave out scenes that lack a file, or have a damaged one.")
+    skip_bad_frames: bool = setting(
+        False, "Leave out frames whose image (or LiDAR sweep) is absent or damaged; trajectories stay whole."
+    )
 
     def __post_init__(self) -> None:
         require_stated(self)
         if not self.cameras or len(set(self.cameras)) != len(self.cameras):
             raise SettingsError(f"cameras: {', '.join(self.cameras) or 'none'}: name at least one, each once")
+        if self.only_complete and self.skip_bad_frames:
+            raise SettingsError("only_complete, skip_bad_frames: leave out whole scenes or frames, not both")
+
+    @property
+    def leaves_out(self) -> bool:
+        """Whether the extraction goes on without what is absent or bad."""
+        return self.only_complete or self.skip_bad_frames
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON values: targets' settings, cameras and compression side by side.
 
-        The step is left out where it is 0.5 s, as shards have it that were written before it could be set.
+        What is left out is not among them: a shard says itself which frames it lacks.
         """
         targets = dataclasses.asdict(replace(self.targets, max_gap_s=self.targets.gap_s))
-        if self.targets.step_s == STEP_S:
-            del targets["step_s"]
+        for name in _LATER:
+            if targets[name] == getattr(TargetSettings(), name):
+                del targets[name]
         own = {"cameras": sorted(self.cameras), "compression": self.compression}
         values: dict[str, Any] = json.loads(json.dumps(targets | own))
         return values
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> Self:
-        """The inverse of `to_dict`.
+        """The inverse of `to_dict`; nothing is left out.
 
         Raises:
             SettingsError: a value is missing, unknown or out of range.
@@ -62,8 +81,7 @@ class ExtractSettings:
             cameras, compression = tuple(targets.pop("cameras")), targets.pop("compression")
             targets["grid"] = GridSpec(**targets["grid"])
             targets["categories"] = tuple(targets["categories"])
-            step_s = targets.setdefault("step_s", STEP_S)
-            if targets["max_gap_s"] == GAP_STEPS * step_s:
+            if targets["max_gap_s"] == GAP_STEPS * targets.get("step_s", STEP_S):
                 targets["max_gap_s"] = None
             return cls(TargetSettings(**targets), cameras, compression)
         except (KeyError, TypeError, ValueError) as error:

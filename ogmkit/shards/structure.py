@@ -1,13 +1,13 @@
 """Whether a shard has the datasets, shapes, types and attributes that the schema asks for."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import h5py
 import numpy as np
 
-from ogmkit.shards import schema
+from ogmkit.shards import fields, schema
 from ogmkit.shards.conformity import departures, mask_sizes, sizes
-from ogmkit.shards.fields import AddedKind, Attribute, Field
+from ogmkit.shards.fields import AddedKind, Attribute, Field, Part
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.stored import reading
 
@@ -26,22 +26,23 @@ def structure_problems(shard: Shard) -> Iterator[str]:
 
 
 def _problems(shard: Shard) -> Iterator[str]:
-    yield from _attribute_problems(shard.h5, schema.FILE_ATTRIBUTES)
+    targets = shard.settings.targets
+    yield from _attribute_problems(shard.h5, schema.FILE_ATTRIBUTES, fields.parts_of(targets))
     expected = tuple(sorted(shard.settings.cameras))
     if shard.cameras != expected:
         yield f"cameras are {', '.join(shard.cameras) or 'none'}, by its settings {', '.join(expected)}"
     for camera in shard.cameras:
         group = shard.h5[camera]
         if isinstance(group, h5py.Group):
-            yield from _attribute_problems(group, schema.CAMERA_ATTRIBUTES)
-            yield from _camera_problems(shard, group)
+            parts = fields.parts_of(targets, left_out=fields.LEFT_OUT_GROUP in group)
+            yield from _attribute_problems(group, schema.CAMERA_ATTRIBUTES, parts)
+            yield from _camera_problems(shard, group, parts)
         else:
             yield f"/{camera} is not a group"
 
 
-def _camera_problems(shard: Shard, group: h5py.Group) -> Iterator[str]:
-    targets = shard.settings.targets
-    stored = schema.fields(image=targets.images == "bytes", lidar=targets.lidar)
+def _camera_problems(shard: Shard, group: h5py.Group, parts: frozenset[Part]) -> Iterator[str]:
+    stored = schema.fields(parts)
     symbols = sizes(group, shard.grid)
     for field in stored:
         yield from _field_problems(group, field, symbols)
@@ -50,18 +51,21 @@ def _camera_problems(shard: Shard, group: h5py.Group) -> Iterator[str]:
         for name in shard.added(_channel(group), kind.name):
             added = group[kind.name][name]
             if isinstance(added, h5py.Group):
-                yield from _added_problems(kind, added, symbols)
-                known |= {f"{kind.name}/{name}/{field.name}" for field in kind.fields}
+                possible = [field for field in kind.fields if field.part in {*parts, "optional"}]
+                yield from _attribute_problems(added, kind.attributes, parts)
+                yield from _added_problems(kind, added, possible, symbols)
+                known |= {f"{kind.name}/{name}/{field.name}" for field in possible}
     names: list[str] = []
     group.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
     for name in sorted(set(names) - known):
         yield f"{group.name}/{name} is not in the schema"
 
 
-def _added_problems(kind: AddedKind, added: h5py.Group, symbols: Mapping[str, int]) -> Iterator[str]:
-    yield from _attribute_problems(added, kind.attributes)
+def _added_problems(
+    kind: AddedKind, added: h5py.Group, possible: Sequence[Field], symbols: Mapping[str, int]
+) -> Iterator[str]:
     symbols = {**symbols, **mask_sizes(kind, added)}
-    for field in kind.fields:
+    for field in possible:
         if field.part != "optional" or field.name in added:
             yield from _field_problems(added, field, symbols)
 
@@ -83,11 +87,13 @@ def _field_problems(group: h5py.Group, field: Field, symbols: Mapping[str, int])
             yield f"{name} has {attribute} {found!r}, not {wanted!r}"
 
 
-def _attribute_problems(owner: h5py.File | h5py.Group, attributes: tuple[Attribute, ...]) -> Iterator[str]:
+def _attribute_problems(
+    owner: h5py.File | h5py.Group, attributes: Sequence[Attribute], parts: frozenset[Part]
+) -> Iterator[str]:
     kinds = {str: str, int: np.integer, float: np.floating}
     for attribute in attributes:
         value = owner.attrs.get(attribute.name)
-        if value is None and attribute.optional:
+        if value is None and attribute.part not in parts:
             continue
         if not isinstance(value, kinds[attribute.kind]):
             shown = "missing" if value is None else f"{value!r}, not a {attribute.kind.__name__}"

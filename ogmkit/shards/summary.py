@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from ogmkit.errors import ShardError, UnreadableShardError
-from ogmkit.frames import SceneRecord
+from ogmkit.frames import FrameRecord, LeftOutFrame, SceneRecord
 from ogmkit.shards.faults import H5_ERRORS
+from ogmkit.shards.left_out import left_out_frames
 from ogmkit.shards.manifest import file_sha256
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.settings import ExtractSettings
@@ -25,7 +26,8 @@ class ShardSummary:
         location: the map's name.
         frames: frames over all cameras.
         valid_trajectories: frames with a valid trajectory.
-        drivable_share: share of drivable cells, over all frames.
+        left_out: frames that are not here since a file was absent or bad.
+        drivable_share: share of drivable cells, over all frames; NaN where the shard doesn't know them.
         vehicle_share: share of vehicle cells, over all frames.
         step_s: median, shortest and longest time of a step; of several cameras' medians the median. NaN where
             the shard doesn't say.
@@ -37,6 +39,7 @@ class ShardSummary:
     location: str
     frames: int
     valid_trajectories: int
+    left_out: int
     drivable_share: float
     vehicle_share: float
     step_s: tuple[float, float, float]
@@ -62,8 +65,9 @@ def summarise(path: Path, *, sha256: str | None = None) -> ShardSummary:
             location=shard.location,
             frames=frames,
             valid_trajectories=sum(int(attributes["valid_trajectories"]) for _, attributes in cameras),
-            drivable_share=sum(n * float(attributes["drivable_share"]) for n, attributes in cameras) / frames,
-            vehicle_share=sum(n * float(attributes["vehicle_share"]) for n, attributes in cameras) / frames,
+            left_out=sum(map(shard.left_out, shard.cameras)),
+            drivable_share=_share("drivable_share", cameras),
+            vehicle_share=_share("vehicle_share", cameras),
             step_s=spread([_step(attributes) for _, attributes in cameras]),
             bytes=path.stat().st_size,
             sha256=sha256 or file_sha256(path),
@@ -76,6 +80,16 @@ def spread(steps_s: Sequence[tuple[float, float, float]]) -> tuple[float, float,
         return np.nan, np.nan, np.nan
     medians, shortest, longest = np.array(steps_s).T
     return float(np.median(medians)), float(shortest.min()), float(longest.max())
+
+
+def _tokens(frames: Sequence[FrameRecord | LeftOutFrame]) -> tuple[str, ...]:
+    return tuple(frame.sample_data_token for frame in frames)
+
+
+def _share(name: str, cameras: Sequence[tuple[int, Mapping[str, Any]]]) -> float:
+    """Over the frames of all cameras; NaN where one doesn't say."""
+    frames = sum(count for count, _ in cameras)
+    return sum(count * float(attributes.get(name, np.nan)) for count, attributes in cameras) / frames
 
 
 def _step(attributes: Mapping[str, Any]) -> tuple[float, float, float]:
@@ -98,8 +112,8 @@ def is_current(path: Path, scene: SceneRecord, settings: ExtractSettings, datase
                 and shard.settings.to_dict() == settings.to_dict()
                 and not any(structure_problems(shard))
                 and all(
-                    shard.strings(camera, "sample_data_token")
-                    == tuple(frame.sample_data_token for frame in frames)
+                    shard.strings(camera, "sample_data_token") == _tokens(frames)
+                    and _tokens(left_out_frames(shard, camera)) == _tokens(scene.left_out.get(camera, ()))
                     for camera, frames in scene.cameras.items()
                 )
             )

@@ -13,7 +13,7 @@ from ogmkit import __version__
 from ogmkit.base.atomic import replacing
 from ogmkit.base.steps import STEPS
 from ogmkit.errors import TableError
-from ogmkit.frames import FrameRecord, SceneRecord
+from ogmkit.frames import FrameRecord, LeftOutFrame, SceneRecord
 from ogmkit.nuscenes.maps import MapMask, MaskStore
 from ogmkit.nuscenes.paths import resolve
 from ogmkit.shards import fields, schema
@@ -67,7 +67,7 @@ def write_shard(
         for camera, frames in sorted(scene.cameras.items()):
             if not frames:
                 raise TableError(f"scene {scene.name}: has no key frames of {camera}; choose another camera")
-            _write_camera(file, camera, frames, stored, masks)
+            _write_camera(file, camera, (frames, scene.left_out.get(camera, ())), stored, masks)
 
 
 def _file_attributes(scene: SceneRecord, settings: ExtractSettings, dataset_version: str) -> dict[str, Any]:
@@ -85,24 +85,29 @@ def _file_attributes(scene: SceneRecord, settings: ExtractSettings, dataset_vers
         "grid_columns": grid.columns,
         "grid_ego_row": grid.ego_row,
         "grid_ego_column": grid.ego_column,
+        "no_map": 1,
     }
-    return attribute_values(schema.FILE_ATTRIBUTES, values)
+    return attribute_values(schema.FILE_ATTRIBUTES, values, fields.parts_of(settings.targets))
 
 
 def _write_camera(
     file: ShardFile,
     camera: str,
-    frames: Sequence[FrameRecord],
+    recorded: tuple[Sequence[FrameRecord], Sequence[LeftOutFrame]],
     settings: ExtractSettings,
     masks: MaskStore,
 ) -> None:
+    """Write a camera's group: its frames, and those that are left out."""
+    frames, left_out = recorded
     targets, grid = settings.targets, settings.targets.grid
-    stored = schema.fields(image=targets.images == "bytes", lidar=targets.lidar)
+    parts = fields.parts_of(targets, left_out=bool(left_out))
+    stored = schema.fields(parts)
     sizes = {
         fields.FRAMES: len(frames),
         fields.FRAMES_AND_END: len(frames) + 1,
         fields.BOXES: sum(len(frame.boxes) for frame in frames),
         fields.POINTS: 0,
+        fields.LEFT_OUT: len(left_out),
         fields.ROWS: grid.rows,
         fields.COLUMNS: grid.columns,
     }
@@ -115,9 +120,11 @@ def _write_camera(
     with file.writing():
         for field in stored:
             if field.storage == "whole":
-                rows = column(field.name, frames, tally.trajectories, tally.points)
+                rows = column(field.name, frames, left_out, tally.trajectories, tally.points)
                 store_dataset(group, field, rows, sizes)
-        group.attrs.update(_camera_attributes(camera, frames, tally, grid.rows * grid.columns))
+        values = _camera_attributes(camera, frames, tally, grid.rows * grid.columns)
+        values["frames_left_out"] = len(left_out)
+        group.attrs.update(attribute_values(schema.CAMERA_ATTRIBUTES, values, {*parts, "optional"}))
 
 
 def _write_frames(
@@ -130,11 +137,12 @@ def _write_frames(
     tally = _Tally([], [])
     map_masks: dict[str, MapMask] = {}
     for index, frame in enumerate(frames):
-        if frame.map_path not in map_masks:
+        if not settings.no_map and frame.map_path not in map_masks:
             map_masks[frame.map_path] = masks.open(resolve(frame.dataroot, frame.map_path))
-        targets = build_targets(frame, settings, map_masks[frame.map_path])
+        targets = build_targets(frame, settings, map_masks.get(frame.map_path))
         tally.trajectories.append(targets.trajectory)
-        tally.drivable_cells += int(np.count_nonzero(targets.drivable))
+        if targets.drivable is not None:
+            tally.drivable_cells += int(np.count_nonzero(targets.drivable))
         tally.vehicle_cells += int(np.count_nonzero(targets.vehicles))
         with file.writing():
             tally.points.append(_write_frame(group, index, targets))
@@ -143,7 +151,8 @@ def _write_frames(
 
 def _write_frame(group: h5py.Group, index: int, targets: FrameTargets) -> int:
     """Store what is stored frame by frame; returns the number of LiDAR points."""
-    group["drivable"][index] = targets.drivable
+    if targets.drivable is not None:
+        group["drivable"][index] = targets.drivable
     group["vehicles"][index] = targets.vehicles
     group["field_of_view"][index] = targets.field_of_view
     if targets.image is not None:
@@ -165,7 +174,7 @@ def _camera_attributes(
         for frame, trajectory in zip(frames, tally.trajectories, strict=True)
         if trajectory.future_valid[0]
     ] or [np.nan]
-    values: dict[str, Any] = {
+    return {
         "channel": camera,
         "valid_trajectories": sum(trajectory.valid for trajectory in tally.trajectories),
         "drivable_share": tally.drivable_cells / cells,
@@ -174,4 +183,3 @@ def _camera_attributes(
         "step_min_s": min(steps_s),
         "step_max_s": max(steps_s),
     }
-    return attribute_values(schema.CAMERA_ATTRIBUTES, values)

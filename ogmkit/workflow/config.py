@@ -13,7 +13,7 @@ from ogmkit.footprints.settings import FootprintSettings
 from ogmkit.homography.settings import FitSettings
 from ogmkit.homography.sources import NETWORK
 from ogmkit.learn.settings import TrainSettings
-from ogmkit.shards.settings import ExtractSettings
+from ogmkit.shards.settings import LEAVING_OUT, ExtractSettings
 
 HOMOGRAPHY, FOOTPRINTS = "homography", "footprints"
 """Names of the two trainings that others build on."""
@@ -152,6 +152,7 @@ class Config:
             source["split_file"] = str(self.source.split_file.resolve())
         extract = self.extract.to_dict()
         cameras = extract.pop("cameras")
+        extract |= {name: getattr(self.extract, name) for name in LEAVING_OUT}
         values = {
             **source,
             "out": str(self.out.resolve()),

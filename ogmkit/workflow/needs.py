@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from ogmkit.errors import SettingsError
 from ogmkit.learn.catalogue import CATALOGUE
 from ogmkit.nuscenes.dataset import Dataset
+from ogmkit.pipeline.needed_files import extractable, needed_files
 from ogmkit.pipeline.selection import require_known_names, select_scenes
 from ogmkit.workflow import steps
 from ogmkit.workflow.config import Config, Training
@@ -25,7 +26,7 @@ def require_needs(config: Config) -> None:
     Raises:
         TableError: the dataset is missing, or its tables or the split file are damaged.
         SettingsError: the dataset lacks a scene, camera, category or split that a step asks for, or the
-            shards would lack images that a network sees. The step's name is in front.
+            shards would lack images or the drivable area that a network sees. The step's name is in front.
     """
     with named(steps.EXTRACT):
         splits = _extracted(config)
@@ -45,6 +46,8 @@ def _extracted(config: Config) -> _Splits:
     with Dataset(source.data, source.version) as dataset:
         chosen = select_scenes(dataset, source.scenes, source.splits, source.split_file)
         require_known_names(dataset, config.extract, chosen)
+        if config.extract.leaves_out:
+            chosen = extractable(needed_files(dataset, config.extract, chosen), config.extract, chosen)
         splits = dataset.splits(source.split_file)
     found = {split: [name for name in names if name in chosen] for split, names in splits.items()}
     return {split: names for split, names in found.items() if names}
@@ -74,3 +77,7 @@ def _require_inputs(config: Config, training: Training) -> None:
             raise SettingsError(f"camera {camera} is not extracted, only {there}; add it to `cameras`")
     if CATALOGUE[training.settings.system].inputs == "images" and extract.targets.images == "none":
         raise SettingsError("learns from images, which `images: none` leaves out; remove it from extract")
+    if training.settings.learns_drivable and extract.targets.no_map:
+        raise SettingsError(
+            "needs the drivable area, which `no_map: true` leaves out; remove it from extract"
+        )

@@ -16,7 +16,7 @@ from ogmkit.homography.settings import FitSettings
 from ogmkit.homography.sources import preferred_source
 from ogmkit.learn.catalogue import CATALOGUE
 from ogmkit.pipeline.homography_fit import DEFAULT_METHODS
-from ogmkit.shards.settings import ExtractSettings
+from ogmkit.shards.settings import LEAVING_OUT, ExtractSettings
 from ogmkit.target_settings import TargetSettings
 from ogmkit.workflow.config import Config, MaskSettings, Source
 from ogmkit.workflow.trainings import read_trainings
@@ -106,8 +106,9 @@ class _File:
 
     def extract(self) -> ExtractSettings:
         values, where = self.section("extract")
-        require_known(values, (*field_names(TargetSettings), "compression"), where)
-        own = {"compression": values.pop("compression")} if "compression" in values else {}
+        names = ("compression", *LEAVING_OUT)
+        require_known(values, (*field_names(TargetSettings), *names), where)
+        own = {name: values.pop(name) for name in names if name in values}
         if "cameras" in self.values:
             own["cameras"] = self.values["cameras"]
         if "grid" in values:

@@ -2,7 +2,9 @@ import numpy as np
 import pytest
 
 from ogmkit.shards import schema
+from ogmkit.shards.fields import parts_of
 from ogmkit.shards.reference import schema_markdown
+from ogmkit.target_settings import TargetSettings
 
 # design.md §5: the names that users and checks rely on.
 PROMISED = {
@@ -31,7 +33,9 @@ def test_the_promised_names_of_added_groups_are_there():
         assert {"method", "settings"} <= {attribute.name for attribute in kind.attributes}
 
 
-@pytest.mark.parametrize("fields", [schema.FIELDS, *(kind.fields for kind in schema.ADDED)])
+@pytest.mark.parametrize(
+    "fields", [schema.FIELDS, schema.LEFT_OUT_FIELDS, *(kind.fields for kind in schema.ADDED)]
+)
 def test_names_are_unique_and_described(fields):
     names = [field.name for field in fields]
     assert len(set(names)) == len(names)
@@ -39,10 +43,21 @@ def test_names_are_unique_and_described(fields):
 
 
 @pytest.mark.parametrize(
-    ("image", "lidar", "left_out"), [(True, True, 0), (False, True, 1), (True, False, 2)]
+    ("settings", "absent"),
+    [
+        ({"lidar": True}, set()),
+        ({"lidar": True, "images": "reference"}, {"image"}),
+        ({}, {"lidar/points", "lidar/offsets"}),
+        ({"lidar": True, "no_map": True}, {"drivable"}),
+    ],
 )
-def test_optional_parts(image, lidar, left_out):
-    assert len(schema.fields(image=image, lidar=lidar)) == len(schema.FIELDS) - left_out
+@pytest.mark.parametrize("left_out", [True, False])
+def test_parts_by_settings_and_frames_that_are_left_out(settings, absent, left_out):
+    whole = {field.name for field in schema.FIELDS}
+    if left_out:
+        whole |= {"left_out/sample_data_token", "left_out/timestamp_us", "left_out/reason"}
+    parts = parts_of(TargetSettings(**settings), left_out=left_out)
+    assert {field.name for field in schema.fields(parts)} == whole - absent
 
 
 def test_shapes_resolve():
@@ -53,7 +68,11 @@ def test_shapes_resolve():
 
 def test_the_markdown_names_every_dataset_and_attribute():
     text = schema_markdown()
-    for field in (*schema.FIELDS, *(field for kind in schema.ADDED for field in kind.fields)):
+    for field in (
+        *schema.FIELDS,
+        *schema.LEFT_OUT_FIELDS,
+        *(field for kind in schema.ADDED for field in kind.fields),
+    ):
         assert f"| `{field.name}` | {field.dtype} |" in text
     added = [attribute for kind in schema.ADDED for attribute in kind.attributes]
     for attribute in (*schema.FILE_ATTRIBUTES, *schema.CAMERA_ATTRIBUTES, *added):

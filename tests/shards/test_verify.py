@@ -113,7 +113,7 @@ CONTRADICTIONS = {
     "boxes/size_wlh is not positive in box 4": set_values("boxes/size_wlh", 0, 4),
     "boxes/visibility is over 4 in box 9": set_values("boxes/visibility", 5, 9),
     "boxes/category is empty in box 2": set_values("boxes/category", "", 2),
-    "image is not a whole JPEG in frame 3 (empty)": set_values("image", np.zeros(0, np.uint8), 3),
+    "image is not a whole JPEG or PNG in frame 3 (empty)": set_values("image", np.zeros(0, np.uint8), 3),
     "image contradicts image_size in frame 0": set_values("image_size", 7),
     "lidar/offsets do not rise from 0 to 110": move("lidar/offsets", 1, 0),
     "lidar/points are not finite in frame 1": set_values("lidar/points", np.nan, 30),

@@ -26,6 +26,7 @@ from ogmkit.metrics.displacement import (
 )
 from ogmkit.metrics.plan import Plan
 from ogmkit.metrics.plans import Plans, columns_of, points_only
+from ogmkit.shards.manifest import read_manifest
 
 TRUTH = "truth"
 """The row of what was driven: without errors, but not always on drivable cells."""
@@ -93,6 +94,7 @@ def evaluate_plans(
         notes=(
             *(one.note for one in planners),
             *interval_notes(sequences.scenes),
+            *_unknown(shards),
             *_unbeaten(figures, fixed),
         ),
         samples=tuple(_samples(sequences, planned, chosen.samples)),
@@ -127,6 +129,12 @@ def _figures(sequences: Sequences, rows: Mapping[str, Plans], tick: Tick) -> Ite
             yield PlanFigure(
                 system, *names, *(float(one[place]) for one in (found.value, found.low, found.high))
             )
+
+
+def _unknown(shards: Path) -> Iterator[str]:
+    """What the shards can't tell of plans."""
+    if read_manifest(shards).settings.targets.no_map:
+        yield "off drivable is not known: the shards were made with --no-map"
 
 
 def _unbeaten(figures: Sequence[PlanFigure], fixed: Sequence[PlanFigure]) -> Iterator[str]:

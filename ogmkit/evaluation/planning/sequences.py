@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 
 from ogmkit.base.steps import STEPS as TRAJECTORY
-from ogmkit.base.steps import nearest_rows
 from ogmkit.errors import ShardError
 from ogmkit.evaluation.scope import evaluated_splits
 from ogmkit.metrics.plan import STEPS
@@ -15,8 +14,9 @@ from ogmkit.samples.index import FrameIndex, index_sequences
 from ogmkit.samples.poses import require_finite_poses
 from ogmkit.samples.spec import SampleSpec
 from ogmkit.shards.faults import REMEDY
+from ogmkit.shards.neighbours import neighbour_rows
 from ogmkit.shards.reader import Shard
-from ogmkit.typing import FloatArray, IntArray
+from ogmkit.typing import BoolArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,17 +86,16 @@ def sequences_of(
     return Sequences(index, past, future)
 
 
-def planned_rows(shard: Shard, camera: str) -> IntArray:
-    """(N, 5) places of the frames at each frame's points 1 … 5; −1 where there is none."""
-    times_us = shard.dataset(camera, "timestamp_us")[:]
-    return nearest_rows(times_us, range(1, STEPS + 1), shard.settings.targets.step_s)
+def planned_rows(shard: Shard, camera: str) -> tuple[IntArray, BoolArray]:
+    """(N, 5) places of the frames at points 1 … 5, and (N, 5) which are left out, as of `neighbour_rows`."""
+    return neighbour_rows(shard, camera, range(1, STEPS + 1))
 
 
 def _paths(shard: Shard, camera: str, frames: IntArray) -> tuple[FloatArray, FloatArray]:
     """Past and future of sequences by their last frames, which are followed by those that are planned."""
     past, future = (shard.dataset(camera, f"trajectory/{name}")[:] for name in ("past", "future"))
-    later = planned_rows(shard, camera)[frames]
-    late = frames[(later < 0).any(axis=1)]
+    later, left_out = planned_rows(shard, camera)
+    late = frames[((later < 0) & ~left_out)[frames].any(axis=1)]
     if len(late):
         raise ShardError(
             f"{shard.path}: {camera}: frame {late[0]} has a valid trajectory, but too few frames follow; "

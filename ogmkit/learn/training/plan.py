@@ -12,7 +12,7 @@ from ogmkit.learn.perception_settings import ImageTraining
 from ogmkit.learn.planner_settings import HolisticTraining
 from ogmkit.learn.runs import checkpoint_file, require_resumable
 from ogmkit.learn.settings import TrainSettings
-from ogmkit.samples.requirements import require_extracted, valid_frames
+from ogmkit.samples.requirements import require_drivable, require_extracted, valid_frames
 from ogmkit.samples.spec import SampleSpec
 from ogmkit.samples.splits import split_scenes
 from ogmkit.shards.listed import listed_shard
@@ -91,6 +91,8 @@ def _require_made(
 ) -> None:
     """Look for masks and homographies in the first shard of each split; the index looks at all."""
     entries = {entry.scene: entry for entry in manifest.shards}
+    if settings.learns_drivable:
+        require_drivable(shards, manifest)
     for needs in _needs(settings):
         require_extracted(shards, manifest, needs)
         for names in scenes.values():
