@@ -148,6 +148,8 @@ def _group_lines(state: str, groups: Sequence[FailureGroup]) -> Iterator[str]:
 
 
 def _summary_lines(summary: ExtractSummary, settings: ExtractSettings) -> Iterator[tuple[str, str]]:
+    from ogmkit.pipeline.extract_summary import oddities
+
     minutes, seconds = divmod(summary.seconds, 60)
     yield "scenes", f"{summary.scenes} ({summary.kept} were there)"
     if settings.only_complete or summary.left_out:
@@ -159,6 +161,8 @@ def _summary_lines(summary: ExtractSummary, settings: ExtractSettings) -> Iterat
     if not settings.targets.no_map:
         yield "drivable cells", f"{summary.drivable_share:.2%}"
     yield "vehicle cells", f"{summary.vehicle_share:.2%}"
+    for line in oddities(summary):
+        yield "note", one_line(line)
     typical, shortest, longest = summary.step_s
     yield "step", f"{typical:.3f} s ({shortest:.3f} to {longest:.3f} s)" if summary.frames else "none"
     yield "time", f"{minutes:.0f} min {seconds:.1f} s"

@@ -152,6 +152,7 @@ def _summary(request: Request, outcomes: Sequence[Outcome], seconds: float) -> E
         frames_left_out=sum(shard.left_out for shard in shards),
         valid_trajectories=sum(shard.valid_trajectories for shard in shards),
         drivable_share=sum(shard.frames * shard.drivable_share for shard in shards) / max(1, frames),
+        blind=tuple(sorted(set.intersection(*(set(shard.blind) for shard in shards)) if shards else ())),
         vehicle_share=sum(shard.frames * shard.vehicle_share for shard in shards) / max(1, frames),
         step_s=spread([shard.step_s for shard in shards if not math.isnan(shard.step_s[0])]),
         seconds=seconds,

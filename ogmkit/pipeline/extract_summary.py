@@ -49,6 +49,7 @@ class ExtractSummary:
         valid_trajectories: frames with a valid trajectory.
         drivable_share: share of drivable cells, over all frames; NaN without maps.
         vehicle_share: share of vehicle cells, over all frames.
+        blind: cameras that see no cell of the grid in any frame.
         step_s: median, shortest and longest time from a frame to the one a step on; NaN without any.
         seconds: wall time.
         bytes: size of the shards.
@@ -63,11 +64,29 @@ class ExtractSummary:
     valid_trajectories: int
     drivable_share: float
     vehicle_share: float
+    blind: tuple[str, ...]
     step_s: tuple[float, float, float]
     seconds: float
     bytes: int
     failures: tuple[SceneFailure, ...]
     left_out: tuple[SceneFailure, ...]
+
+
+def oddities(summary: ExtractSummary) -> Iterator[str]:
+    """Each figure that is 0 or 100 % throughout, and what may be behind it; a line each."""
+    if not summary.frames:
+        return
+    cells = {0: "no cell", 1: "every cell"}
+    if summary.drivable_share in cells:
+        cell = cells[round(summary.drivable_share)]
+        yield f"{cell} is drivable throughout; check the mask that map.json names, and that poses lie on it"
+    if summary.vehicle_share in cells:
+        cell = cells[round(summary.vehicle_share)]
+        yield f"{cell} is under a vehicle throughout; check --categories, and sizes and positions of boxes"
+    if not summary.valid_trajectories:
+        yield "no frame has a valid trajectory; check --step and --max-gap against the step below"
+    for camera in summary.blind:
+        yield f"{camera} sees no cell of the grid in any frame; check its calibration"
 
 
 def grouped(failures: Sequence[SceneFailure], *, remedies: bool = True) -> tuple[FailureGroup, ...]:

@@ -18,6 +18,12 @@ from ogmkit.typing import BoolArray, FloatArray, UInt8Array
 _POSE_TOLERANCE = 1e-6
 _RASTER_TOLERANCE = 1e-4
 """Share of cells that may differ when a raster is made again: other machines round otherwise."""
+_SHARES = {
+    "drivable": "drivable_share",
+    "vehicles": "vehicle_share",
+    "field_of_view": "field_of_view_share",
+}
+"""Raster → the attribute that says its share of cells."""
 
 
 @np.errstate(invalid="ignore", over="ignore")  # damaged numbers are findings
@@ -112,8 +118,9 @@ def _rasters(shard: Shard, camera: str, *, make_again: bool) -> Iterator[str]:
                 same[frame] = np.mean(mask != make(shard, camera, frame)) <= _RASTER_TOLERANCE
         yield from first_wrong(f"{name} holds other values than 0 and 1 in", ~binary)
         yield from first_wrong(f"{name} contradicts boxes, poses or calibration in", ~same)
-        share = {"drivable": "drivable_share", "vehicles": "vehicle_share"}.get(name)
-        if share is not None and not np.isclose(ones / dataset.size, attributes[share], rtol=1e-9):
+        share = _SHARES[name]
+        stated = attributes.get(share)  # field_of_view_share is absent from earlier shards
+        if stated is not None and not np.isclose(ones / dataset.size, stated, rtol=1e-9):
             yield f"{name} covers {ones / dataset.size:.6f} of its cells, not as attribute {share} says"
 
 

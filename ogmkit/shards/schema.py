@@ -42,6 +42,7 @@ CAMERA_ATTRIBUTES = (
     Attribute("valid_trajectories", int, "frames whose trajectory is valid"),
     Attribute("drivable_share", float, "share of drivable cells over all frames", "map"),
     Attribute("vehicle_share", float, "share of vehicle cells over all frames"),
+    Attribute("field_of_view_share", float, "share of cells in view over all frames", "optional"),
     Attribute(
         "step_s", float, "median time in s from a frame to the one a step on; NaN without any", "optional"
     ),

@@ -29,6 +29,7 @@ class ShardSummary:
         left_out: frames that are not here since a file was absent or bad.
         drivable_share: share of drivable cells, over all frames; NaN where the shard doesn't know them.
         vehicle_share: share of vehicle cells, over all frames.
+        blind: cameras that see no cell of the grid in any frame.
         step_s: median, shortest and longest time of a step; of several cameras' medians the median. NaN where
             the shard doesn't say.
         bytes: the file's size.
@@ -42,6 +43,7 @@ class ShardSummary:
     left_out: int
     drivable_share: float
     vehicle_share: float
+    blind: tuple[str, ...]
     step_s: tuple[float, float, float]
     bytes: int
     sha256: str
@@ -68,6 +70,11 @@ def summarise(path: Path, *, sha256: str | None = None) -> ShardSummary:
             left_out=sum(map(shard.left_out, shard.cameras)),
             drivable_share=_share("drivable_share", cameras),
             vehicle_share=_share("vehicle_share", cameras),
+            blind=tuple(
+                str(attributes["channel"])
+                for _, attributes in cameras
+                if attributes.get("field_of_view_share") == 0
+            ),
             step_s=spread([_step(attributes) for _, attributes in cameras]),
             bytes=path.stat().st_size,
             sha256=sha256 or file_sha256(path),

@@ -34,6 +34,7 @@ class _Tally:
     points: list[int]
     drivable_cells: int = 0
     vehicle_cells: int = 0
+    cells_in_view: int = 0
 
 
 def write_shard(
@@ -144,6 +145,7 @@ def _write_frames(
         if targets.drivable is not None:
             tally.drivable_cells += int(np.count_nonzero(targets.drivable))
         tally.vehicle_cells += int(np.count_nonzero(targets.vehicles))
+        tally.cells_in_view += int(np.count_nonzero(targets.field_of_view))
         with file.writing():
             tally.points.append(_write_frame(group, index, targets))
     return tally
@@ -179,6 +181,7 @@ def _camera_attributes(
         "valid_trajectories": sum(trajectory.valid for trajectory in tally.trajectories),
         "drivable_share": tally.drivable_cells / cells,
         "vehicle_share": tally.vehicle_cells / cells,
+        "field_of_view_share": tally.cells_in_view / cells,
         "step_s": np.median(steps_s),
         "step_min_s": min(steps_s),
         "step_max_s": max(steps_s),

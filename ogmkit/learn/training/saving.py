@@ -124,7 +124,7 @@ class Checkpoints(Callback):
 
 
 def _count_once(loop: dict[str, Any], epochs: int, batches: int, steps: int) -> None:
-    """Set what Lightning counts twice where a training resumed from a whole epoch: equal states, equal bytes."""
+    """Set what Lightning counts twice where a training resumed from a whole epoch, so that bytes agree."""
     for count in ("total", "current"):
         loop["epoch_progress"][count]["processed"] = epochs
     loop["epoch_loop.state_dict"]["_batches_that_stepped"] = steps - (batches > 0)
