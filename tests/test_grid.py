@@ -1,10 +1,12 @@
+from dataclasses import FrozenInstanceError
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from ogmkit.errors import SettingsError
-from ogmkit.grid import GridSpec
+from ogmkit.grid import GridSpec, default_ego
 
 _grids = st.builds(
     GridSpec,
@@ -75,3 +77,49 @@ def test_the_ranges_are_the_outer_edges_of_the_outer_cells(grid):
 def test_impossible_grids_are_refused(wrong):
     with pytest.raises(SettingsError, match=r"^(grid|m_per_cell|rows|columns): "):
         GridSpec(**wrong)
+
+
+@pytest.mark.parametrize(
+    "allowed",
+    [
+        {"m_per_cell": 1e-6},
+        {"m_per_cell": 1e6},
+        {"rows": 1, "columns": 1},
+        {"rows": 1 << 15, "columns": 1 << 13},
+        {"ego_row": -1e9, "ego_column": 1e9},
+        {"ego_row": 1e9, "ego_column": -1e9},
+    ],
+)
+def test_the_limits_themselves_are_allowed(allowed):
+    grid = GridSpec(**allowed)
+    assert {name: getattr(grid, name) for name in allowed} == allowed
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"m_per_cell": 0.99e-6},
+        {"m_per_cell": 1.01e6},
+        {"rows": (1 << 15) + 1, "columns": 1 << 13},
+        {"ego_row": 1e9 + 0.5},
+        {"ego_column": -1e9 - 0.5},
+    ],
+)
+def test_what_is_just_beyond_a_limit_is_refused(wrong):
+    with pytest.raises(SettingsError):
+        GridSpec(**wrong)
+
+
+@pytest.mark.parametrize(
+    ("rows", "columns", "ego"), [(1000, 550, (1000.0, 300.0)), (70, 33, (70.0, 18.0)), (9, 1, (9.0, 6 / 11))]
+)
+def test_where_nothing_is_said_the_ego_stands_on_the_bottom_edge_at_six_elevenths(rows, columns, ego):
+    assert default_ego(rows, columns) == ego
+    assert isinstance(default_ego(rows, columns)[0], float)
+
+
+def test_a_grid_is_a_value_that_stays():
+    grid = GridSpec(0.25, 80, 40, 60.0, 10.0)
+    with pytest.raises(FrozenInstanceError):
+        grid.rows = 81
+    assert grid == GridSpec(0.25, 80, 40, 60.0, 10.0) != GridSpec(0.25, 80, 41, 60.0, 10.0)

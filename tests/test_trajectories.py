@@ -1,4 +1,5 @@
 import json
+from dataclasses import FrozenInstanceError
 from pathlib import Path
 
 import numpy as np
@@ -168,3 +169,19 @@ def test_a_real_scene_agrees_with_complex_numbers(scene_0103):
             np.testing.assert_allclose(point, [expected.real, expected.imag], atol=1e-6, rtol=0)
         valid += path.valid
     assert valid == 40 - 12
+
+
+def test_a_trajectory_stays_as_it_is_and_equals_itself_alone():
+    path, same = trajectory(_driving_north()), trajectory(_driving_north())
+    with pytest.raises(FrozenInstanceError):
+        path.valid = False
+    assert len({path, same}) == 2  # == of arrays is no truth value
+
+
+@pytest.mark.parametrize("late_us", [100_000, 100_001])
+def test_half_a_step_off_is_near_enough_at_another_step_too(late_us):
+    times = 1_000_000_000 + 200_000 * np.arange(-6, 7)
+    times[:6] -= late_us
+    path = trajectory(_driving_north(times), max_gap_s=9, step_s=0.2)
+    assert path.past_valid.tolist() == [late_us == 100_000] * 6
+    assert path.valid is (late_us == 100_000)

@@ -80,3 +80,19 @@ def test_frames_lead_on_over_the_longest_gap_and_no_further():
     times_us = np.array([[0, 750_000, 1_500_001], [-1, 5, 10], [5, -1, 10]])
 
     assert joined(times_us, 0.75).tolist() == [[True, False], [False, True], [False, False]]
+
+
+def test_a_frame_at_time_zero_is_there():
+    assert joined(np.array([0, 400_000, 800_000]), 0.5).tolist() == [True, True]
+    assert joined(np.array([-1, 0, 1]), 0.5).tolist() == [False, True]
+
+
+def test_two_frames_of_one_time_do_not_lead_on():
+    assert joined(np.array([7, 7, 8]), 1e-6).tolist() == [False, True]
+
+
+def test_wanted_times_are_rounded_to_the_microsecond():
+    # A third of a second: 333 333 µs and 666 667 µs; half a step is 166 666.7 µs.
+    times_us = np.array([0, 500_000, 833_333])
+    assert nearest_rows(times_us, [1, 2, 3], 1 / 3)[0].tolist() == [-1, 2, -1]
+    assert nearest_rows(times_us - [0, 1, 0], [1, 2, 3], 1 / 3)[0].tolist() == [1, 2, -1]

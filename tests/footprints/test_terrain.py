@@ -3,6 +3,7 @@ import pytest
 
 from ogmkit.errors import SettingsError
 from ogmkit.footprints.terrain import project_drivable
+from ogmkit.footprints.view import View
 from ogmkit.footprints.warp import warp_to_image
 from ogmkit.geometry.se3 import inverse
 from ogmkit.grid import GridSpec
@@ -12,6 +13,8 @@ POSES = {
     "level": {},
     "rolled": {"roll": 20, "pitch": -4},
     "backwards": {"yaw": 180, "pitch": -20},
+    "to the left": {"yaw": 55, "pitch": -9, "roll": 4},
+    "to the right": {"yaw": -110, "pitch": -15},
     "steeply down": {"pitch": -60},
     "past its own feet": {"pitch": -85, "roll": 10},
 }
@@ -124,10 +127,45 @@ def test_a_camera_that_looks_at_the_sky_or_straight_down_is_no_error(make_view):
     for pitch in (60, 80):
         assert not project_drivable(everywhere, GRID, plane(0, 0, 0), make_view(pitch=pitch)).any()
     down = project_drivable(everywhere, GRID, plane(0, 0, 0), make_view(pitch=-90))
-    assert down[:44].all()  # rays that fall less than 12 m in a metre
+    assert down[:45].all()  # rays that fall less than 12 m in a metre: v < 0.48 · 120 − 150 / 12 = 45.1
+    assert not down[46:].any()
 
 
 def test_rasters_that_some_opencv_does_not_warp_are_refused(make_view):
     grid = GridSpec(0.1, 40_000, 2, 40_000.0, 1.0)
     with pytest.raises(SettingsError, match="too many"):
         project_drivable(np.ones(grid.shape, np.uint8), grid, plane(0, 0, 0), make_view())
+
+
+@pytest.mark.parametrize("pose", [{"pitch": -60}, {"pitch": -40, "roll": 9}, {"pitch": -35, "yaw": -30}])
+@pytest.mark.parametrize("image_size", [(120, 200), (61, 37)])
+def test_every_pixel_below_the_horizon_shows_ground_to_the_image_s_border(make_view, pose, image_size):
+    view = make_view(**pose, image_size=image_size)
+    everywhere = np.ones(GRID.shape, np.uint8)
+    assert project_drivable(everywhere, GRID, plane(0, 0, 0), view).all()
+
+
+def test_the_nearest_cell_is_shown_on_either_side(make_view, iou):
+    # Cells in a view of a steep camera are many pixels wide: half a cell off would be seen.
+    view = make_view(pitch=-50, yaw=35)
+    grid = GridSpec(1.0, 14, 11, 12.0, 4.0)
+    drivable = np.random.default_rng(4).integers(0, 2, grid.shape, dtype=np.uint8)
+    camera_from_level = inverse(view.level_from_camera)
+    image_from_level = view.intrinsics @ camera_from_level[:3][:, [0, 1, 3]]
+    expected = warp_to_image(drivable, grid.bev_from_level @ np.linalg.inv(image_from_level), view.image_size)
+    assert iou(project_drivable(drivable, grid, plane(0, 0, 0), view), expected) > 0.995
+
+
+def test_of_a_camera_exactly_straight_down_x_is_ahead(iou):
+    level_from_camera = np.eye(4)
+    level_from_camera[:3] = [[0, -1, 0, 1.5], [-1, 0, 0, -0.5], [0, 0, -1, 30]]
+    view = View(np.array([[100.0, 0, 80], [0, 100, 90], [0, 0, 1]]), level_from_camera, (120, 200))
+    drivable = blotches()
+    expected = warp_to_image(drivable, bev_from_image(view, 0, 0, 0), view.image_size)
+    found = project_drivable(drivable, GRID, plane(0, 0, 0), view)
+    v, u = np.mgrid[:120, :200]
+    ahead = (90 - v) / 100
+    inner = (ahead * 11 > 1) & (ahead * 11 > np.abs(u - 80) / 100)  # neither steep nor aside
+    assert iou(found[inner], expected[inner]) > 0.95  # the ground is cut most coarsely when seen from above
+    assert expected[inner].any()
+    assert not expected[inner].all()

@@ -109,3 +109,31 @@ def test_a_homography_that_is_not_finite_is_refused(warp, wrong):
 def test_masks_that_some_opencv_does_not_warp_are_refused():
     with pytest.raises(SettingsError, match="40000 rows × 2 columns are too many"):
         warp_to_image(np.ones((40_000, 2), np.uint8), np.eye(3), (4, 4))
+
+
+def test_rasters_of_the_greatest_side_are_warped_and_longer_ones_refused():
+    for shape in ((32_766, 2), (2, 32_766)):
+        found = warp_to_image(np.ones(shape, np.uint8), np.eye(3), (3, 2))
+        assert found[:2].all()
+    for shape in ((32_767, 2), (2, 32_767)):
+        with pytest.raises(SettingsError, match="at most 32766 on a side"):
+            warp_to_image(np.ones(shape, np.uint8), np.eye(3), (3, 2))
+
+
+@pytest.mark.parametrize(
+    ("third_row", "shown"),
+    [
+        ([1, 0, 0], [".###", ".###", ".###"]),
+        ([-1, 0, 3], ["###.", "###.", "###."]),
+        ([0, 1, 0], ["....", "####", "####"]),
+        ([0, -1, 2], ["####", "####", "...."]),
+        ([1, 1, -3], ["....", "...#", "..##"]),
+        ([-1, 0, 0.5], ["#...", "#...", "#..."]),
+        ([1, 0, -2.5], ["...#", "...#", "...#"]),
+    ],
+)
+def test_a_place_on_the_horizon_itself_is_background(third_row, shown):
+    # All places with w > 0 lie in the source, which is set everywhere: w alone decides.
+    source_from_result = np.array([[0.5, 0, 0], [0, 0.5, 0], third_row], float)
+    found = warp_to_image(np.ones((9, 9), np.uint8), source_from_result, (3, 4))
+    assert ["".join(".#"[value] for value in row) for row in found] == shown

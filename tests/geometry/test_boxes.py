@@ -1,7 +1,9 @@
+from itertools import combinations, pairwise
+
 import numpy as np
 from pyquaternion import Quaternion
 
-from ogmkit.geometry.boxes import EDGES, box_corners, ground_corners
+from ogmkit.geometry.boxes import EDGES, FACES, GROUND_FACE, box_corners, ground_corners
 from ogmkit.geometry.se3 import pose_matrix
 
 
@@ -37,3 +39,21 @@ def test_the_twelve_edges_have_the_box_s_lengths():
 
 def test_no_boxes_give_no_corners():
     assert box_corners(np.empty((0, 4, 4)), np.empty((0, 3))).shape == (0, 8, 3)
+
+
+def test_edges_join_corners_along_one_side_and_the_first_four_go_round_the_front():
+    (corners,) = box_corners(np.eye(4)[None], np.array([[2.0, 4.0, 1.0]]))
+    along_one = {
+        frozenset((a, b)) for a, b in combinations(range(8), 2) if (corners[a] != corners[b]).sum() == 1
+    }
+    assert {frozenset(edge) for edge in EDGES} == along_one
+    assert [edge[0] for edge in EDGES[:4]] == [(edge[1] - 1) % 4 for edge in EDGES[:4]] == [0, 1, 2, 3]
+
+
+def test_faces_are_the_six_sides_each_in_order_round_it():
+    (corners,) = box_corners(np.eye(4)[None], np.array([[2.0, 4.0, 1.0]]))
+    sides = [(0, 2.0), (0, -2.0), (2, 0.5), (2, -0.5), (1, -1.0), (1, 1.0)]
+    for face, (axis, side) in zip(FACES, sides, strict=True):
+        assert sorted(face) == np.flatnonzero(corners[:, axis] == side).tolist()
+        assert {frozenset(pair) for pair in pairwise((*face, face[0]))} <= {frozenset(edge) for edge in EDGES}
+    assert FACES[3] == GROUND_FACE

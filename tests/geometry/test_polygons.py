@@ -43,3 +43,32 @@ def test_a_polygon_wholly_on_one_side_is_kept_as_it_is_or_vanishes():
     triangle = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
     np.testing.assert_array_equal(clip_half_space(triangle, np.ones(3)), triangle)
     assert clip_half_space(triangle, -np.ones(3)).shape == (0, 2)
+
+
+def test_a_vertex_on_the_border_is_inside():
+    triangle = np.array([[2.0, 0.0], [5.0, 1.0], [4.0, 3.0]])
+    np.testing.assert_array_equal(clip_half_space(triangle, triangle[:, 0] - 2), triangle)
+    np.testing.assert_array_equal(clip_half_space(triangle, 5 - triangle[:, 0]), triangle)
+    # Only the vertex, or the side, on the border is left of what lies beyond it.
+    np.testing.assert_array_equal(np.unique(clip_half_space(triangle, 2 - triangle[:, 0]), axis=0), [[2, 0]])
+    square = np.array([[3.0, 1.0], [7.0, 1.0], [7.0, 2.0], [3.0, 2.0]])
+    left = np.unique(clip_half_space(square, 3 - square[:, 0]), axis=0)
+    np.testing.assert_array_equal(left, [[3, 1], [3, 2]])
+
+
+def test_sides_are_cut_in_proportion_in_the_order_of_the_polygon():
+    quadrilateral = np.array([[0.0, 0.0], [8.0, 2.0], [10.0, 10.0], [2.0, 6.0]])
+    clipped = clip_half_space(quadrilateral, 5 - quadrilateral[:, 0])
+    np.testing.assert_allclose(clipped, [[0, 0], [5, 1.25], [5, 7.5], [2, 6]])
+
+
+def test_a_rectangle_s_own_borders_are_in_it_and_each_border_cuts_its_own_side():
+    rectangle = np.array([[-3.0, 4.0], [7.0, 4.0], [7.0, 9.0], [-3.0, 9.0]])
+    np.testing.assert_array_equal(clip_rectangle(rectangle, (-3, 4), (7, 9)), rectangle)
+    clipped = clip_rectangle(rectangle, (-2, 5), (6, 8))
+    assert {tuple(corner) for corner in clipped} == {(-2, 5), (6, 5), (6, 8), (-2, 8)}
+
+
+def test_a_face_that_touches_the_near_plane_is_whole():
+    face = np.array([[-1.0, 1, 0.5], [1, 1, 0.5], [1, 1, 6], [-1, 1, 6]])
+    np.testing.assert_array_equal(clip_near_plane(face, 0.5), face)

@@ -5,8 +5,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import least_squares
 
-from ogmkit.homography.dlt import direct_linear_transformation, refine
+from ogmkit.homography.dlt import degeneracies, design_matrix, direct_linear_transformation, estimate, refine
 from ogmkit.homography.projective import apply, normalisation, similar
+from ogmkit.homography.settings import FitSettings
 
 # Image (px) → level frame (m) of a camera 1.5 m over a road that climbs a little.
 LEVEL_FROM_IMAGE = np.linalg.inv(
@@ -169,3 +170,104 @@ def test_normalised_points_have_mean_zero_and_mean_distance_root_two():
     moved = similar(normalisation(points, weights), points)[0][weights[0] > 0]
     np.testing.assert_allclose(moved.mean(axis=0), 0, atol=1e-12)
     assert np.linalg.norm(moved, axis=1).mean() == pytest.approx(np.sqrt(2))
+
+
+def test_the_system_of_two_points_by_hand():
+    source, destination = np.array([[[2.0, 3.0], [5.0, -1.0]]]), np.array([[[7.0, -4.0], [0.5, 6.0]]])
+    system = design_matrix(source, destination, np.array([[1.0, 4.0]]))
+
+    assert system.shape == (1, 9, 9)
+    by_hand = [
+        [0, 0, 0, -2, -3, -1, -8, -12, -4],
+        [2, 3, 1, 0, 0, 0, -14, -21, -7],
+        [0, 0, 0, -10, 2, -2, 60, -12, 12],
+        [10, -2, 2, 0, 0, 0, -5, 1, -1],
+    ]
+    np.testing.assert_allclose(system[0, :4], by_hand)
+    assert not system[0, 4:].any()
+
+
+@pytest.mark.parametrize(("count", "rows"), [(4, 9), (5, 10), (6, 12)])
+def test_the_system_has_two_rows_a_point_and_nine_at_least(count, rows):
+    points = pixels(count)[None]
+    assert design_matrix(points, points, np.ones((1, count))).shape == (1, rows, 9)
+
+
+def test_a_weight_of_two_counts_a_point_twice():
+    source = pixels(9)
+    destination = apply(LEVEL_FROM_IMAGE, source)[0] + np.random.default_rng(3).normal(0, 0.2, (9, 2))
+    weights = np.ones((1, 9))
+    weights[0, 4] = 2
+    twice = [*range(9), 4]
+    found, condition = direct_linear_transformation(source, destination, weights)
+    expected, condition_twice = fitted(source[twice], destination[twice])
+
+    np.testing.assert_allclose(unit(found[0]), unit(expected), rtol=1e-9)
+    assert condition[0] == pytest.approx(condition_twice)
+
+
+def test_conditioning_is_of_the_system_or_of_the_solution():
+    source = pixels(7)
+    destination = apply(LEVEL_FROM_IMAGE, source)[0]
+    weights = np.ones((1, 7))
+    to_source, to_destination = normalisation(source, weights), normalisation(destination, weights)
+    system = design_matrix(similar(to_source, source), similar(to_destination, destination), weights)
+    values = np.linalg.svd(system[0], compute_uv=False)
+    solution = to_destination[0] @ LEVEL_FROM_IMAGE @ np.linalg.inv(to_source[0])
+    least = min(values[7] / values[0], 1 / np.linalg.cond(solution))
+
+    assert fitted(source, destination)[1] == pytest.approx(least, rel=1e-6)
+
+
+@pytest.mark.parametrize("turn_px", [0.5, 4.0])
+def test_the_robust_fit_has_the_least_soft_l1_loss(turn_px):
+    generator = np.random.default_rng(11)
+    places, _ = apply(LEVEL_FROM_IMAGE, pixels(24))
+    start = np.linalg.inv(LEVEL_FROM_IMAGE)
+    seen = apply(start, places)[0] + generator.normal(0, 1.0, (24, 2))
+    seen[:4] += generator.normal(0, 30.0, (4, 2))
+
+    def roots(h):
+        """Of the loss, point by point."""
+        squares = ((apply(h.reshape(3, 3), places)[0] - seen) ** 2).sum(axis=1)
+        return np.sqrt(2 * turn_px**2 * (np.sqrt(1 + squares / turn_px**2) - 1))
+
+    linear, _ = direct_linear_transformation(places, seen, np.ones((1, 24)))
+    robust = refine(linear, places, seen, np.ones((1, 24)), soft_l1=np.array([turn_px]))[0]
+    scale = (robust / robust[2, 2]).ravel()
+    best = least_squares(
+        lambda h: roots(np.append(h, 1) * scale), np.ones(8), xtol=1e-15, ftol=1e-15, gtol=1e-15
+    )
+    assert (roots(robust) ** 2).sum() == pytest.approx(2 * best.cost, rel=2e-5)
+    assert (roots(linear[0]) ** 2).sum() > 1.2 * 2 * best.cost
+
+
+def test_refining_leaves_out_what_has_no_weight():
+    places, _ = apply(LEVEL_FROM_IMAGE, pixels(12))
+    seen = apply(np.linalg.inv(LEVEL_FROM_IMAGE), places)[0]
+    seen = seen + np.random.default_rng(2).normal(0, 1.0, seen.shape)
+    weights = np.ones((1, 12))
+    weights[0, 5], rest = 0, np.arange(12) != 5
+    start = np.linalg.inv(LEVEL_FROM_IMAGE)[None]
+    found = refine(start, places, seen, weights)[0]
+    expected = refine(start, places[rest], seen[rest], np.ones((1, 11)))[0]
+    np.testing.assert_allclose(unit(found), unit(expected), rtol=1e-6)
+
+
+def test_badly_conditioned_systems_are_refused_and_earlier_reasons_stay():
+    found = degeneracies(["", "too few", "", ""], np.array([1.1e-9, 0.0, 0.9e-9, 1e-9]))
+    assert found[:2] == ["", "too few"]
+    assert "degenerate" in found[2]
+    assert found[3] == ""
+
+
+def test_one_car_is_enough_unless_more_is_asked_for(make_frame):
+    frame = make_frame([(14.0, 2.0)])
+    found = estimate(frame, np.array([-1, 0]), FitSettings())
+    assert found.valid.tolist() == [True, False]
+    assert found.points_used.tolist() == [4, 0]
+    assert "fewer than 4" in found.reasons[1]
+    landed, _ = apply(found.level_from_image[0], frame.ground_corners_px[0])
+    np.testing.assert_allclose(landed, frame.ground_corners_level[0, :, :2], atol=1e-6)
+    refused = estimate(frame, np.array([-1]), FitSettings(min_points=5))
+    assert "4 usable corners, fewer than 5" in refused.reasons[0]

@@ -1,10 +1,12 @@
 """Intervals against exact enumeration."""
 
+from dataclasses import FrozenInstanceError
 from itertools import product
 
 import numpy as np
+import pytest
 
-from ogmkit.metrics.bootstrap import estimate
+from ogmkit.metrics.bootstrap import DRAWS, estimate, interval_notes
 
 
 def ratio(counts):
@@ -67,3 +69,40 @@ def test_equal_numbers_of_scenes_get_equal_draws():
     one, two = estimate(counts, ratio), estimate(2 * counts, ratio)
 
     assert (one.low, one.high) == (two.low, two.high)
+
+
+def test_the_interval_is_what_numpy_finds_for_the_draws():
+    drawn = []
+
+    def remember(counts):
+        drawn.append(ratio(counts))
+        return drawn[-1]
+
+    found = estimate(np.array([[1, 9], [5, 7], [2, 30], [8, 8], [4, 11]]), remember)
+    draws, value = drawn
+
+    assert len(draws) == DRAWS == 1000
+    assert (found.low, found.high) == tuple(np.quantile(draws, [0.025, 0.975]))
+    assert found.value == value == 20 / 65
+
+
+def test_undefined_draws_leave_the_others_their_tails():
+    # Of two scenes one has nothing: a quarter of the draws is undefined, the rest are 0 or 1 in one column.
+    found = estimate(np.array([[[0, 0], [0, 5]], [[2, 4], [5, 5]]]), ratio)
+
+    np.testing.assert_array_equal(found.low, [0.5, 0])
+    np.testing.assert_array_equal(found.high, [0.5, 1])
+    np.testing.assert_array_equal(found.value, [0.5, 0.5])
+
+
+def test_one_scene_alone_is_told():
+    (note,) = interval_notes(1)
+    assert "one scene only" in note
+    assert interval_notes(2) == interval_notes(150) == ()
+
+
+def test_an_estimate_stays_as_it_is_and_equals_itself_alone():
+    one, two = (estimate(np.array([[3, 4]]), ratio) for _ in range(2))
+    with pytest.raises(FrozenInstanceError):
+        one.value = np.zeros(1)
+    assert len({one, two}) == 2  # == of arrays is no truth value

@@ -15,6 +15,7 @@ from ogmkit.metrics.displacement import (
     own_values,
     scene_sums,
 )
+from ogmkit.metrics.gaussian import ellipse_radius_squared
 from ogmkit.metrics.plan import Plan
 from ogmkit.metrics.plans import Plans, columns_of, points_only
 
@@ -116,3 +117,20 @@ def test_names_are_those_of_the_files():
         "off_drivable",
         "in_vehicle",
     )
+
+
+def test_horizons_are_told_to_the_microsecond():
+    assert horizons_s(0.1234564) == (0.123456, 0.370369, 0.617282)
+
+
+@pytest.mark.parametrize(("share", "metric"), [(0.5, "inside_50"), (0.9, "inside_90")])
+def test_a_point_on_the_ellipse_is_inside_it(share, metric):
+    radius = ellipse_radius_squared(share)
+    truth = np.zeros((1, 5, 2))
+    truth[0, :, 0] = np.sqrt(radius)
+    exact = np.sqrt(radius) ** 2 <= radius  # the root is rounded
+    truth[0, 1, 0] *= 1 + 1e-9
+    truth[0, 2, 0] *= 1 - 1e-9
+    values = by_metric(own_values(columns_of([Plan(np.zeros((5, 2)), np.ones((5, 2)), np.zeros(5))]), truth))
+
+    np.testing.assert_array_equal(values[metric], [[exact, 0, 1, exact, exact]])

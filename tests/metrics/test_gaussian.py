@@ -71,3 +71,15 @@ def test_ellipses_hold_their_share(share):
         abs(np.sum(outline[:, 0] * np.roll(outline[:, 1], 1) - outline[:, 1] * np.roll(outline[:, 0], 1))) / 2
     )
     assert area == pytest.approx(math.pi * chi2.ppf(share, 2) * math.sqrt(1 - 0.49), rel=2e-3)
+
+
+@pytest.mark.parametrize("points", [None, 5])
+def test_an_outline_goes_round_evenly_by_cholesky_s_factor(points):
+    mean, sigma, rho, share = np.array([3.0, -1.0]), np.array([2.0, 0.5]), -0.6, 0.8
+    outline = ellipse(mean, sigma, rho, share) if points is None else ellipse(mean, sigma, rho, share, points)
+
+    count = points or 72
+    angle = 2 * math.pi * np.arange(count) / count
+    factor = np.linalg.cholesky(covariance(sigma, rho))
+    circle = np.stack([np.cos(angle), np.sin(angle)])
+    np.testing.assert_allclose(outline, mean + math.sqrt(chi2.ppf(share, 2)) * (factor @ circle).T, atol=1e-9)

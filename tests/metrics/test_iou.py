@@ -1,10 +1,22 @@
 """Counts and IoU by hand."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 
 from ogmkit.grid import GridSpec
-from ogmkit.metrics.iou import BevCounter, code_of, count_image, iou, masks_of, resized, thresholded
+from ogmkit.metrics.iou import (
+    BEV_SHAPE,
+    IMAGE_SHAPE,
+    BevCounter,
+    code_of,
+    count_image,
+    iou,
+    masks_of,
+    resized,
+    thresholded,
+)
 
 # Rows of 10 m: 0 and 1 are far, 2 … 6 near; columns 2 and 3 are within 10 m of the ego.
 GRID = GridSpec(m_per_cell=10, rows=7, columns=5, ego_row=7, ego_column=3)
@@ -100,3 +112,29 @@ def test_resizing_lays_corners_on_corners():
     # Centres of four pixels fall a quarter pixel outside, between and outside the two.
     np.testing.assert_allclose(resized(probabilities, (1, 4))[0], [[0, 0.25, 0.75, 1]])
     np.testing.assert_allclose(resized(probabilities, (1, 4))[1], np.ones((1, 4)))
+
+
+def test_shapes_of_counts_are_those_that_are_told():
+    empty = masks()
+
+    assert BevCounter(GRID).count(empty, np.ones((7, 5), np.uint8), empty).shape == BEV_SHAPE == (2, 3, 2, 4)
+    assert count_image(empty, empty).shape == IMAGE_SHAPE == (2, 4)
+
+
+def test_every_pair_of_codes_counts_as_its_outcome():
+    for true, predicted in product(range(4), repeat=2):
+        counts = count_image(np.full((2, 3), true, np.uint8), np.full((2, 3), predicted, np.uint8))
+        for target, bit in enumerate((1, 2)):
+            outcome = {(1, 1): 0, (0, 1): 1, (1, 0): 2, (0, 0): 3}[bool(true & bit), bool(predicted & bit)]
+            assert counts[target].tolist() == [6 * (place == outcome) for place in range(4)]
+
+
+def test_resizing_is_linear_on_each_axis_and_leaves_the_size_itself_alone():
+    ramp = np.mgrid[:4, :6].astype(np.float32)
+    found = resized(ramp, (8, 3))
+    rows, columns = (np.arange(8) + 0.5) / 2 - 0.5, (np.arange(3) + 0.5) * 2 - 0.5
+
+    assert found.dtype == np.float32
+    np.testing.assert_allclose(found[0], np.broadcast_to(rows.clip(0, 3)[:, None], (8, 3)), atol=1e-6)
+    np.testing.assert_allclose(found[1], np.broadcast_to(columns.clip(0, 5), (8, 3)), atol=1e-6)
+    assert resized(ramp, (4, 6)) is ramp

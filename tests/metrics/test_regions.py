@@ -1,6 +1,9 @@
 """Regions by hand, on the paper's grid and on others."""
 
+from fractions import Fraction
+
 import numpy as np
+import pytest
 
 from ogmkit.grid import GridSpec
 from ogmkit.metrics.regions import REGIONS, region_masks
@@ -43,3 +46,36 @@ def test_a_short_grid_has_nothing_far():
 
     assert masks["close"].all()
     assert not masks["far"].any()
+
+
+def whole_cells(grid, near_m, far_m, right_m, left_m):
+    """The cells whose four corners all lie between these metres, cell by cell in decimal fractions."""
+    m, ego_row, ego_column = (
+        Fraction(str(number)) for number in (grid.m_per_cell, grid.ego_row, grid.ego_column)
+    )
+    ahead = [m * (ego_row - row) for row in range(grid.rows + 1)]
+    left = [m * (ego_column - column) for column in range(grid.columns + 1)]
+    rows = [near_m <= ahead[row + 1] and ahead[row] <= far_m for row in range(grid.rows)]
+    columns = [right_m <= left[column + 1] and left[column] <= left_m for column in range(grid.columns)]
+    return np.outer(rows, columns)
+
+
+@pytest.mark.parametrize(
+    "grid",
+    [
+        GridSpec(0.3, rows=200, columns=110, ego_row=190, ego_column=40),
+        GridSpec(0.7, rows=90, columns=50, ego_row=80.5, ego_column=21.25),
+        GridSpec(1.0, rows=75, columns=31, ego_row=70, ego_column=12),
+        GridSpec(2.5, rows=40, columns=30, ego_row=33, ego_column=7),
+        GridSpec(0.1, rows=620, columns=230, ego_row=610, ego_column=90),
+        GridSpec(10.0, rows=9, columns=6, ego_row=7, ego_column=2),
+    ],
+    ids=lambda grid: f"{grid.m_per_cell} m",
+)
+def test_cells_lie_wholly_in_their_region(grid):
+    masks = region_masks(grid)
+
+    np.testing.assert_array_equal(masks["close"], whole_cells(grid, 0, 50, -10, 10))
+    np.testing.assert_array_equal(masks["far"], whole_cells(grid, 50, 10**9, -(10**9), 10**9))
+    assert masks["close"].any()
+    assert masks["close"].shape == masks["far"].shape == masks["full"].shape == grid.shape

@@ -1,5 +1,7 @@
 """Neighbouring vehicles and the components that join them, on boxes drawn by hand."""
 
+from dataclasses import FrozenInstanceError
+
 import numpy as np
 import pytest
 
@@ -125,3 +127,32 @@ def test_three_in_a_row_make_three_pairs():
 
     assert found(*cars).pairs.tolist() == [[0, 1], [0, 2], [1, 2]]
     assert count_separated(found(*cars), bridged).tolist() == [3, 3, 2]
+
+
+SIDES = {  # one cell in the grid, one beyond it, and a vehicle beside
+    "right": (car(10, -8.5, 4, 1), car(16, -6), (0.0, -0.5)),
+    "left": (car(10, 11.5, 4, 1), car(16, 9), (0.0, 0.5)),
+    "behind": (car(-0.5, 0, 1, 4), car(3, 0), (-0.5, 0.0)),
+    "ahead": (car(39.5, 0, 1, 4), car(32, 0), (0.5, 0.0)),
+}
+
+
+@pytest.mark.parametrize(("outer", "inner", "outwards_m"), SIDES.values(), ids=SIDES)
+def test_a_vehicle_on_any_side_counts_while_half_of_it_is_in_the_grid(outer, inner, outwards_m):
+    assert len(found(outer, inner).pairs) == 1
+    for cells in (1, 2, 12):
+        beyond = (np.array(outer) + cells * np.array(outwards_m)).tolist()
+        assert len(found(beyond, inner).pairs) == 0
+
+
+def test_cells_of_a_turned_vehicle_are_those_of_its_face():
+    face = [[10.1, 1.3], [13.4, 3.2], [12.5, 4.9], [9.2, 2.9]]
+    (cells,) = found(face).seen
+    np.testing.assert_array_equal(cells, np.flatnonzero(raster(face) & VEHICLES))
+
+
+def test_neighbours_stay_as_they_are_and_equal_themselves_alone():
+    one, two = found(ONE, TWO), found(ONE, TWO)
+    with pytest.raises(FrozenInstanceError):
+        one.pairs = two.pairs
+    assert len({one, two}) == 2  # == of arrays is no truth value

@@ -132,6 +132,25 @@ def test_pitch_roll_and_height_of_the_ego_change_nothing(mask_of):
     np.testing.assert_array_equal(raster, drivable_mask(grid, _level_from_global(10, 10, heading), mask))
 
 
+@pytest.mark.parametrize("m_per_cell", [0.03, 0.7, 9.0])
+def test_no_cell_is_lost_at_the_raster_s_border_however_the_ego_turns(mask_of, m_per_cell):
+    mask = mask_of(np.ones((2500, 2900)))
+    grid = GridSpec(m_per_cell=m_per_cell, rows=9, columns=13, ego_row=5.25, ego_column=7)
+    for heading in np.linspace(-np.pi, np.pi, 9):
+        assert drivable_mask(grid, _level_from_global(150.02, 120.07, heading), mask).all()
+
+
+def test_cells_of_kilometres_are_sampled_one_by_one(mask_of):
+    drivable = np.zeros((300, 40_000), np.uint8)
+    drivable[100:200, 38_000:38_100] = drivable[:, 2900:3100] = 1
+    mask = mask_of(drivable)
+    # Centres, facing east: row 0 at 3805 m, row 1 at 305 m; 15 m north.
+    grid = GridSpec(m_per_cell=3500.0, rows=2, columns=1, ego_row=1.5, ego_column=0.5)
+    np.testing.assert_array_equal(drivable_mask(grid, _level_from_global(305, 15, 0.0), mask), [[1], [1]])
+    np.testing.assert_array_equal(drivable_mask(grid, _level_from_global(305, 25, 0.0), mask), [[0], [1]])
+    np.testing.assert_array_equal(drivable_mask(grid, _level_from_global(295, 15, 0.0), mask), [[0], [1]])
+
+
 @pytest.mark.parametrize("name", ["36092f0b", "37819e65", "53992ee3"])
 def test_random_poses_on_the_real_masks_follow_the_devkit_s_rule(real_dataroot, mask_store, name):
     (png,) = (real_dataroot / "maps").glob(f"{name}*.png")

@@ -71,3 +71,33 @@ def test_the_paper_s_grid_shows_the_share_that_real_front_cameras_show():
     intrinsics = np.array([[1266.4, 0, 816.3], [0, 1266.4, 491.5], [0, 0, 1]])
     mask = field_of_view_mask(GridSpec(), intrinsics, _level_from_camera(0.0), (900, 1600))
     assert 0.70 < mask.mean() < 0.82
+
+
+def _picture_from_above(first_column, first_row, turned=False):
+    """A camera 10 m up that looks down; one pixel a cell, u = column − first_column, v = row − first_row.
+
+    `turned` by a quarter: u = row − first_row, v = column − first_column.
+    """
+    grid = GridSpec(m_per_cell=0.5, rows=7, columns=9, ego_row=5.5, ego_column=2.5)
+    down = np.eye(4)
+    down[:3, :3] = [[0, -1, 0], [-1, 0, 0], [0, 0, -1]]
+    if turned:
+        down[:3, :3] = [[-1, 0, 0], [0, -1, 0], [0, 0, -1]]
+    down[:3, 3] = [0.5 * (5 - first_row), 0.5 * (2 - first_column), 10]
+    intrinsics = np.diag([20.0, 20.0, 1.0])
+    mask = field_of_view_mask(grid, intrinsics, down, (3, 5))
+    return ["".join(".#"[cell] for cell in row) for row in mask]
+
+
+def test_an_image_of_three_by_five_cells_is_seen_from_above():
+    empty = ["........."]
+    assert _picture_from_above(2, 3) == [*empty * 3, *["..#####.."] * 3, *empty]
+    assert _picture_from_above(-1, -1) == [*["####....."] * 2, *empty * 5]
+    assert _picture_from_above(6, 5) == [*empty * 5, *["......###"] * 2]
+    assert _picture_from_above(4, 1, turned=True) == [*empty, *["....###.."] * 5, *empty]
+
+
+def test_a_centre_on_the_left_or_upper_border_is_seen():
+    # The image's borders run through the centres of columns 2 and 7, and of row 2.
+    assert _picture_from_above(2.5, 2.5)[2] == "..#####.."
+    assert _picture_from_above(1.5, 4.5, turned=True)[4:] == [".###.....", ".###.....", ".###....."]

@@ -1,13 +1,15 @@
+import errno
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from ogmkit.errors import DataFileError
+from ogmkit.errors import DataFileError, FrameFileError
 from ogmkit.frames import FrameRecord, LidarRecord
 from ogmkit.geometry.se3 import pose_matrix
-from ogmkit.raster.lidar import lidar_points_level
+from ogmkit.raster import lidar
+from ogmkit.raster.lidar import lidar_points_level, moved_points, read_points
 
 _NORTH = [np.sqrt(0.5), 0, 0, np.sqrt(0.5)]
 
@@ -71,3 +73,58 @@ def test_an_absent_file_is_named(frame):
 def test_a_frame_without_a_sweep_says_so(frame):
     with pytest.raises(DataFileError, match=r"the sample.*without --lidar"):
         lidar_points_level(replace(frame, lidar=None))
+
+
+def test_five_values_make_a_point_and_a_point_not_finite_in_any_of_four_is_left_out(tmp_path):
+    path = tmp_path / "sweep.bin"
+    values = np.arange(30, dtype="<f4").reshape(6, 5)
+    for point in range(4):
+        values[point, point] = (np.nan, np.inf, -np.inf, np.nan)[point]
+    values[4, 4] = np.nan  # the ring counts for nothing
+    path.write_bytes(values.tobytes())
+    found = read_points(path, "")
+    assert found.dtype == np.float32
+    np.testing.assert_array_equal(found, [[20, 21, 22, 23], [25, 26, 27, 28]])
+
+
+@pytest.mark.parametrize("size", [0, 1, 4, 16, 19, 21, 24, 25, 39, 41])
+def test_bytes_that_are_not_whole_points_are_counted(tmp_path, size):
+    path = tmp_path / "sweep.bin"
+    path.write_bytes(bytes(size))
+    with pytest.raises(
+        FrameFileError, match=rf"sweep.bin: {size} bytes are not whole points.*; do this"
+    ) as caught:
+        read_points(path, "do this")
+    assert caught.value.kind == "LiDAR sweep is damaged"
+
+
+def test_one_point_is_enough(tmp_path):
+    (tmp_path / "sweep.bin").write_bytes(np.array([1, 2, 3, 4, 5], "<f4").tobytes())
+    np.testing.assert_array_equal(read_points(tmp_path / "sweep.bin", ""), [[1, 2, 3, 4]])
+
+
+def test_an_absent_sweep_is_told_from_one_that_the_system_refuses(tmp_path, monkeypatch):
+    with pytest.raises(
+        FrameFileError, match=r"sweep.bin: can't be read \(No such file.*\); do this"
+    ) as caught:
+        read_points(tmp_path / "sweep.bin", "do this")
+    assert caught.value.kind == "LiDAR sweep is absent"
+
+    def refuse(path):
+        raise OSError(errno.EIO, "the disk fails", str(path))
+
+    monkeypatch.setattr(lidar, "read_bytes", refuse)
+    with pytest.raises(
+        DataFileError, match=r"sweep.bin: can't be read \(the disk fails\); do this"
+    ) as caught:
+        read_points(tmp_path / "sweep.bin", "do this")
+    assert type(caught.value) is DataFileError
+    assert caught.value.kind == "LiDAR sweep is unreadable"
+
+
+def test_points_far_from_the_map_s_origin_keep_their_millimetres():
+    turned = pose_matrix([4000.25, -3000.5, 7.0], _NORTH)
+    there = pose_matrix([-3000.5 + 10, -4000.25, -7.0], [np.sqrt(0.5), 0, 0, -np.sqrt(0.5)])
+    points = np.array([[1.5, -2.25, 0.75, 99]], np.float32)
+    found = moved_points(there @ turned, points)
+    np.testing.assert_allclose(found, [[1.5 - 3000.5 - 3000.5 + 10, -2.25 - 4000.25 - 4000.25, 0.75, 99]])
