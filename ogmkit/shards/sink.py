@@ -17,9 +17,15 @@ class _Sink(io.FileIO):
 
     HDF5 1.14 can't close a file whose flush failed (disk full, quota): it keeps the broken file open and
     dies with a segmentation fault later. So it is told that all went well, and `check` tells the truth.
+    What was not written is held, since HDF5 reads it again; that is little, for `check` follows soon.
     """
 
     _failure: OSError | None = None
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path, "w+")
+        self._held: list[tuple[int, bytes]] = []
+        self._size = 0
 
     def check(self) -> None:
         """Raise the first OSError that writing met, if any."""
@@ -33,15 +39,46 @@ class _Sink(io.FileIO):
             while rest and self._failure is None:
                 rest = rest[super().write(rest) :]
         except OSError as error:
-            self._failure = error
+            self._fail(error)
+        if rest:
+            self._held.append((self.tell(), bytes(rest)))
+            self._size = max(self._size, self.seek(len(rest), io.SEEK_CUR))
         return size
 
+    def readinto(self, buffer: Any) -> int:  # noqa: ANN401  # as above
+        if self._failure is None:
+            return super().readinto(buffer) or 0
+        first, view = self.tell(), memoryview(buffer).cast("B")
+        size = max(min(len(view), self._size - first), 0)
+        there = super().readinto(view[:size]) or 0
+        view[there:size] = bytes(size - there)
+        for start, data in self._held:
+            low, high = max(start, first), min(start + len(data), first + size)
+            if low < high:
+                view[low - first : high - first] = data[low - start : high - start]
+        self.seek(first + size)
+        return size
+
+    def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
+        if whence == io.SEEK_END and self._failure is not None:
+            return super().seek(self._size + offset)
+        return super().seek(offset, whence)
+
     def truncate(self, size: int | None = None) -> int:
+        size = self.tell() if size is None else size
         try:
-            return super().truncate(size)
+            if self._failure is None:
+                return super().truncate(size)
         except OSError as error:
-            self._failure = self._failure or error
-            return size or 0
+            self._fail(error)
+        self._size = size
+        return size
+
+    def _fail(self, error: OSError) -> None:
+        here = self.tell()
+        self._size = super().seek(0, io.SEEK_END)
+        super().seek(here)
+        self._failure = error
 
 
 class ShardFile:
@@ -78,7 +115,7 @@ def create(path: Path) -> Iterator[ShardFile]:
     Raises:
         OSError: the disk refused something, at the latest when the file is closed.
     """
-    with _Sink(path, "w+") as sink:
+    with _Sink(path) as sink:
         h5: h5py.File | None = None
         try:
             with _uninterrupted():

@@ -45,6 +45,37 @@ def test_a_full_disk_is_an_error_and_no_crash(tmp_path):
         assert h5["noise"][9].any()
 
 
+READ_AGAIN = """
+import io, resource, signal, sys
+from pathlib import Path
+from ogmkit.shards.sink import _Sink
+
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (10, 10))
+with _Sink(Path(sys.argv[1])) as sink:
+    for part in (b"abcdefgh", b"ijklmnop", b"qr"):
+        assert sink.write(part) == len(part)
+    sink.seek(4)
+    sink.write(b"EF")
+    assert sink.truncate(20) == sink.seek(0, io.SEEK_END) == 20
+    sink.seek(3)
+    read = bytearray(30)
+    print(bytes(read[: sink.readinto(read)]), sink.tell())
+    try:
+        sink.check()
+    except OSError as error:
+        print(error.strerror)
+"""
+
+
+def test_hdf5_reads_again_what_the_disk_didn_t_take(tmp_path):
+    """It crashes, or says what misleads, where the file is shorter than what it wrote."""
+    command = [sys.executable, "-c", READ_AGAIN, tmp_path / "a.h5"]
+    run = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert run.stderr == ""
+    assert run.stdout.splitlines() == [r"b'dEFghijklmnopqr\x00\x00' 20", "File too large"]
+
+
 def test_a_failure_while_the_file_is_closed_is_an_error(tmp_path):
     """/dev/full takes nothing: with little data, that shows only at the end."""
     full = tmp_path / "full.h5"
