@@ -41,7 +41,7 @@ def _options() -> argparse.Namespace:
 def _start(options: argparse.Namespace) -> int:
     """Start the workers with the injector before the C library, in a folder in memory where there is one."""
     from harness.shim import compile_shim
-    from harness.table import markdown
+    from harness.table import details
 
     memory = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
     with tempfile.TemporaryDirectory(prefix="ogmkit-harden-", dir=memory) as scratch:
@@ -52,7 +52,7 @@ def _start(options: argparse.Namespace) -> int:
         workers = [subprocess.Popen([*command, str(number)], env=environment) for number in numbers]
         codes = [worker.wait() for worker in workers]
     if options.sample is None:
-        print(markdown(options.out))
+        print(details(options.out))
     return max(codes)
 
 

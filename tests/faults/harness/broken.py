@@ -16,7 +16,7 @@ class Broken:
         ways: how; one is drawn.
         readers: scenarios that read them; one is drawn.
         checked: whether a checksum covers every byte, so that a run may succeed only with the sound result.
-        weight: its share of all cases, beside the others'.
+        cases: how many are tried.
         slow: its readers are, so that short samples leave it out.
     """
 
@@ -25,11 +25,11 @@ class Broken:
     ways: tuple[Mutator, ...]
     readers: tuple[str, ...]
     checked: bool = False
-    weight: int = 1
+    cases: int = 400
     slow: bool = False
 
 
-_FOLDER_READERS = ("verify", "inspect shards", "homography-fit", "render-footprints", "preview")
+_BIT = (mutate.flip,)
 
 BROKEN = {
     one.name: one
@@ -39,14 +39,14 @@ BROKEN = {
             "world/v1.0-mini/*.json",
             (mutate.change_json,),
             ("check", "extract with masks", "inspect dataset"),
-            weight=6,
+            cases=2400,
         ),
         Broken(
             "table bytes",
             "world/v1.0-mini/*.json",
             (mutate.damage, mutate.disarrange),
             ("check", "extract with masks"),
-            weight=2,
+            cases=800,
         ),
         Broken(
             "splits",
@@ -59,7 +59,7 @@ BROKEN = {
             "world/samples/CAM_FRONT/*.jpg",
             (mutate.damage, mutate.disarrange),
             ("check", "extract with masks"),
-            weight=2,
+            cases=800,
         ),
         Broken(
             "sweeps",
@@ -74,35 +74,35 @@ BROKEN = {
             "shards/*.h5",
             (mutate.damage,),
             ("verify", "homography-fit", "inspect shard", "extract again"),
-            weight=2,
+            cases=800,
         ),
         Broken(
             "shard values",
             "shards/*.h5",
             (mutate.change_h5,),
             ("verify", "homography-fit", "inspect shards"),
-            weight=3,
+            cases=1200,
         ),
         Broken(
             "shards with homographies",
             "fitted/*.h5",
             (mutate.change_h5, mutate.damage),
             ("render-footprints",),
-            weight=2,
+            cases=800,
         ),
         Broken(
             "shards with footprints",
             "rendered/*.h5",
             (mutate.change_h5, mutate.damage),
             ("preview",),
-            weight=2,
+            cases=800,
         ),
         Broken(
             "shards of plans",
             "plans/*.h5",
             (mutate.change_h5, mutate.damage),
             ("evaluate planner", "predict plans"),
-            weight=2,
+            cases=800,
         ),
         Broken(
             "manifest values",
@@ -117,13 +117,13 @@ BROKEN = {
             ("verify", "inspect shards", "homography-fit"),
             checked=True,
         ),
-        Broken("chain file", "chain.yaml", (mutate.change_yaml, mutate.damage), ("plan of run",), weight=2),
+        Broken("chain file", "chain.yaml", (mutate.change_yaml, mutate.damage), ("plan of run",), cases=800),
         Broken(
             "settings file",
             "settings.yaml",
             (mutate.change_yaml, mutate.damage),
             ("print settings",),
-            weight=2,
+            cases=800,
         ),
         Broken(
             "run's settings",
@@ -148,7 +148,7 @@ BROKEN = {
             "past.json",
             (mutate.change_json, mutate.damage),
             ("predict plan of calibration",),
-            weight=2,
+            cases=800,
         ),
         Broken(
             "calibration of a camera",
@@ -176,8 +176,11 @@ BROKEN = {
             "planner/*.ckpt",
             (mutate.change_checkpoint,),
             ("predict plans", "evaluate planner", "inspect checkpoint"),
-            weight=2,
+            cases=800,
         ),
+        Broken("bits of a checkpoint", "planner/*.ckpt", _BIT, ("predict plans",), checked=True, cases=200),
+        Broken("bits of a manifest", "shards/manifest.json", _BIT, ("verify",), checked=True, cases=200),
+        Broken("bits of a decoded mask", "cache/*.mask", _BIT, ("extract again",), checked=True, cases=200),
     )
 }
 """Kinds by name; a new one is a line here."""

@@ -4,6 +4,7 @@ import hashlib
 import importlib
 import shutil
 import sys
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
@@ -14,6 +15,8 @@ from harness.shim import Injector
 
 _UNCOMPARED = ("tensorboard", "decoding.lock", "lock")
 """Parts of paths whose files hold times, or nothing."""
+_LONGEST_S = 600
+"""Of a run that is not disturbed."""
 
 
 class Bench:
@@ -34,7 +37,7 @@ class Bench:
             for other in needed:
                 self.template(other)
             self.case.mkdir(exist_ok=True)
-            ended = self.forker.call(lambda: make(self._templates), kill_after_s=600)
+            ended = self._importing(lambda: make(self._templates))
             if ended.code != 0:
                 raise RuntimeError(f"template {name}: {ended.stderr}")
         return path
@@ -71,19 +74,24 @@ class Bench:
         return self._sound[scenario.name]
 
     def _run_sound(self, scenario: Scenario) -> tuple[Ended, dict[str, str]]:
+        self.fresh(scenario)
+        ended = self._importing(lambda: self.forker.run_ogmkit(scenario.arguments))
+        if ended.code != 0:
+            raise RuntimeError(f"{scenario.name}: undisturbed, it ends with {ended}")
+        return ended, self.contents(scenario)
+
+    def _importing(self, function: Callable[[], object]) -> Ended:
+        """Run a function in a child, and import here what it imports, for the children to come."""
         listed = self.case.parent / "modules"
 
         def run() -> None:
             try:
-                self.forker.run_ogmkit(scenario.arguments)
+                function()
             finally:
                 listed.write_text("\n".join(sys.modules))
 
-        self.fresh(scenario)
-        ended = self.forker.call(run, kill_after_s=300)
+        ended = self.forker.call(run, kill_after_s=_LONGEST_S)
         for name in listed.read_text().splitlines():
             with suppress(Exception):
                 importlib.import_module(name)
-        if ended.code != 0:
-            raise RuntimeError(f"{scenario.name}: undisturbed, it ends with {ended}")
-        return ended, self.contents(scenario)
+        return ended

@@ -16,6 +16,7 @@ from ogmkit.nuscenes.maps import MaskStore
 from ogmkit.synthetic.build import synthesize
 from ogmkit.synthetic.settings import SynthesisSettings
 
+FIXTURES = Path(__file__).resolve().parents[3] / "fixtures"
 CHAIN = """
 data: world
 out: chain
@@ -28,12 +29,13 @@ evaluate: {samples: 1}
 
 def world(folder: Path) -> None:
     """Two scenes (train, val) of two key frames, one camera, LiDAR."""
-    _synthesize(folder / "world", frames=2, image_size=(90, 160), lidar=True)
+    settings = SynthesisSettings(2, 2, cameras=("CAM_FRONT",), image_size=(90, 160), lidar_azimuths=60)
+    synthesize(folder / "world", settings)
 
 
 def long_world(folder: Path) -> None:
     """Scenes long enough for sequences."""
-    _synthesize(folder / "long", frames=13, image_size=(18, 32), lidar=False)
+    shutil.copytree(FIXTURES / "nuscenes-synthetic", folder / "long")
 
 
 def cache(folder: Path) -> None:
@@ -88,10 +90,3 @@ def command(line: str, copied: str = "", name: str = "") -> Callable[[Path], Non
             main(["-q", *line.split()], standalone_mode=False)
 
     return make
-
-
-def _synthesize(folder: Path, frames: int, image_size: tuple[int, int], *, lidar: bool) -> None:
-    settings = SynthesisSettings(
-        2, frames, cameras=("CAM_FRONT",), image_size=image_size, lidar=lidar, lidar_azimuths=60
-    )
-    synthesize(folder, settings)
