@@ -111,8 +111,8 @@ def _lidar_problems(root: Path, filename: str, fatal: bool) -> Iterator[Problem]
 
 
 def _mask_problems(root: Path, filename: str, used: bool, extent_m: list[float | None]) -> Iterator[Problem]:
-    path = resolve(root, filename)
     try:
+        path = resolve(root, filename)
         if used:  # to its last byte, as extraction does
             mask = read_mask(path)
             width, height = mask.size

@@ -86,7 +86,7 @@ def oddities(summary: ExtractSummary) -> Iterator[str]:
     if not summary.valid_trajectories:
         yield "no frame has a valid trajectory; check --step and --max-gap against the step below"
     for camera in summary.blind:
-        yield f"{camera} sees no cell of the grid in any frame; check its calibration"
+        yield f"{camera} sees no cell of the grid; check its calibration, and the ego's place in the grid"
 
 
 def grouped(failures: Sequence[SceneFailure], *, remedies: bool = True) -> tuple[FailureGroup, ...]:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ogmkit.base.files import fault_of, read_bytes
+from ogmkit.base.files import fault_of, is_lfs_pointer, read_bytes
 from ogmkit.errors import DataFileError, FrameFileError
 from ogmkit.frames import FrameRecord
 from ogmkit.geometry.se3 import transform_points
@@ -62,6 +62,8 @@ def read_points(path: Path, remedy: str) -> Float32Array:
         raise fault(
             f"{path}: can't be read ({error.strerror}); {remedy}", kind=f"LiDAR sweep is {state}"
         ) from error
+    if is_lfs_pointer(data):
+        raise FrameFileError(f"{path}: a git-LFS pointer; run git lfs pull", kind="LiDAR sweep is absent")
     if not data or len(data) % _BYTES_PER_POINT:
         raise FrameFileError(
             f"{path}: {len(data)} bytes are not whole points of 5 float32; {remedy}",

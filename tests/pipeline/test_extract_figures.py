@@ -74,7 +74,7 @@ def test_a_camera_that_sees_no_cell(notes, edit_table):
         _own_copy(root, version.name)
         edit_table(root, "calibrated_sensor", _look_up)
 
-    assert "CAM_FRONT sees no cell of the grid in any frame" in notes(spoil)
+    assert "CAM_FRONT sees no cell of the grid" in notes(spoil)
 
 
 def _look_up(records):
