@@ -1,15 +1,16 @@
 """Files that exist whole or not at all: written beside their place, synced, then renamed."""
 
+import functools
 import json
 import os
 import re
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from ogmkit.errors import OutputError
 
-_PART = re.compile(r"\..+\.\d+\.part")
+_PART = re.compile(r"\..+\.(\d+)\.part")
 
 
 @contextmanager
@@ -29,13 +30,15 @@ def output_errors(path: Path) -> Iterator[None]:
 def replacing(path: Path) -> Iterator[Path]:
     """Give a temporary path beside `path`; what was written there takes its place at the end.
 
-    Whatever is raised inside leaves `path` as it was and the temporary file removed.
+    Whatever is raised inside leaves `path` as it was and the temporary file removed. What killed processes
+    left in the folder is removed as well.
 
     Raises:
         OutputError: the system refuses to write.
     """
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     with output_errors(path):
+        _remove_left(path.parent)
         try:
             yield part
             _sync(part)
@@ -76,6 +79,26 @@ def remove_parts(folder: Path) -> None:
     for path in folder.iterdir():
         if is_part(path):
             path.unlink(missing_ok=True)
+
+
+@functools.cache
+def _remove_left(folder: Path) -> None:
+    """Remove the parts of files whose processes are gone; once for each folder."""
+    with suppress(OSError):  # they harm nobody
+        for path in folder.iterdir():
+            found = _PART.fullmatch(path.name)
+            if found is not None and not _runs(int(found[1])):
+                path.unlink(missing_ok=True)
+
+
+def _runs(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except PermissionError:
+        return True  # another user's
+    return True
 
 
 def _sync(path: Path) -> None:

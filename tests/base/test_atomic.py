@@ -1,5 +1,6 @@
 import json
 import os
+import subprocess
 
 import pytest
 
@@ -31,6 +32,15 @@ def test_whatever_is_raised_leaves_the_old_file_alone(tmp_path, error):
     with pytest.raises(type(error)):
         write_and_fail(path, error)
     assert [file.read_text() for file in tmp_path.iterdir()] == ["old"]
+
+
+def test_what_a_killed_process_left_goes_and_what_another_is_writing_stays(tmp_path):
+    ended = subprocess.Popen(["true"])
+    ended.wait()
+    for process in (ended.pid, os.getppid()):
+        (tmp_path / f".b.png.{process}.part").write_text("half")
+    write_json(tmp_path / "a.json", {})
+    assert {path.name for path in tmp_path.iterdir()} == {"a.json", f".b.png.{os.getppid()}.part"}
 
 
 def test_a_refused_write_names_the_file_and_the_remedy(tmp_path):

@@ -60,8 +60,8 @@ class Checkpoints(Callback):
         """Save where it is time to, but never between the parts of an accumulated step."""
         self._done = trainer.current_epoch, batch_idx + 1
         stepped = trainer.global_step > self._saved_step and not trainer.fit_loop._should_accumulate()
-        if stepped and not trainer.is_last_batch:  # at the epoch's end, validation comes first
-            self._save_if_due(trainer)
+        if stepped and not trainer.is_last_batch and not self._ends(trainer):
+            self._save_if_due(trainer)  # at the epoch's end and the training's, validation comes first
 
     def on_validation_start(self, trainer: Trainer, pl_module: LightningModule) -> None:
         """From here on, Ctrl-C waits for the validation."""
@@ -83,9 +83,8 @@ class Checkpoints(Callback):
         """Save where it is time to, and at the end."""
         self.interrupts.begin("step")
         self._done = trainer.current_epoch + 1, 0
-        steps, epochs = self._card.settings.max_steps, self._card.settings.epochs
-        ends = trainer.current_epoch + 1 >= epochs or (steps is not None and trainer.global_step >= steps)
-        self._save_if_due(trainer, ends=ends)
+        last_epoch = trainer.current_epoch + 1 >= self._card.settings.epochs
+        self._save_if_due(trainer, ends=last_epoch or self._ends(trainer))
 
     def on_save_checkpoint(
         self, trainer: Trainer, pl_module: LightningModule, checkpoint: dict[str, Any]
@@ -102,6 +101,11 @@ class Checkpoints(Callback):
         """The inverse of `state_dict`."""
         self._best = state_dict["best"]
         self._saved_step = self.resumed_step = state_dict["saved_step"]
+
+    def _ends(self, trainer: Trainer) -> bool:
+        """Whether the last step was done, be it within an epoch."""
+        steps = self._card.settings.max_steps
+        return steps is not None and trainer.global_step >= steps
 
     def _save_if_due(self, trainer: Trainer, *, ends: bool = False) -> None:
         steps = trainer.global_step - self._saved_step

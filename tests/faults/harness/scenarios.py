@@ -93,13 +93,13 @@ SCENARIOS = {
         _scenario("cache: cache --cache-dir cache --json", "cache", "cache", speaks=True),
         _scenario("cache clear: cache --cache-dir cache --clear", "cache"),
         _scenario(
-            "train planner: train lstm-ed plans --out run --batch-size 2 --max-steps 2 --checkpoint-every 1 "
-            "--workers 0",
+            "train planner: train lstm-ed plans --out run --batch-size 2 --limit-frames 4 --max-steps 3 "
+            "--checkpoint-every 1 --workers 0",
             "plans",
             "plans",
         ),
         _scenario(
-            "train on: train lstm-ed plans --out planner --batch-size 2 --max-steps 1 --workers 0",
+            "train on: train lstm-ed plans --out planner --limit-frames 2 --epochs 1 --workers 0",
             "plans planner",
             "plans",
         ),
@@ -197,7 +197,7 @@ TEMPLATES: dict[str, tuple[tuple[str, ...], Make]] = {
     ),
     "planner": (
         ("plans",),
-        templates.command("train lstm-ed plans --out planner --batch-size 2 --max-steps 1 --workers 0"),
+        templates.command("train lstm-ed plans --out planner --limit-frames 2 --epochs 1 --workers 0"),
     ),
     "network": (
         ("fitted",),
