@@ -12,7 +12,7 @@ EXACT := $(addprefix tests/,geometry raster homography footprints metrics sample
 	test_targets.py test_trajectories.py test_without_extras.py)
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test slow harden conformance conformance-env environments bench bench-learn bench-plan
+.PHONY: help install demo test slow harden mutants conformance conformance-env environments bench bench-learn bench-plan
 
 help:
 	@echo "make install      $(VENV) with the ogmkit command and what training needs"
@@ -20,6 +20,7 @@ help:
 	@echo "make test         linters, types, import contract and tests"
 	@echo "make slow         the long tests: four frames, four sequences learnt by heart, kills, masks of real size"
 	@echo "make harden       faults, kills and broken inputs for every command; resumes; takes an hour and a half"
+	@echo "make mutants      change the exact modules one place at a time: do their own tests notice? half an hour"
 	@echo "make conformance  ogmkit beside the official nuScenes devkit, in $(DEVKIT)"
 	@echo "make bench        the figures of docs/performance.md, measured side by side"
 	@echo "make bench-learn  every stage-1 system trained on a synthetic world, one table; takes hours"
@@ -38,6 +39,10 @@ $(VENV)/.installed: $(METADATA) constraints.txt
 
 $(VENV)/.installed-dev: $(VENV)/.installed
 	$(VENV)/bin/python -m pip install $(PIP_FLAGS) -e '.[dev,train,onnx]' -c constraints.txt
+	@touch $@
+
+$(VENV)/.installed-mutants: $(VENV)/.installed-dev
+	$(VENV)/bin/python -m pip install $(PIP_FLAGS) -e '.[mutants]' -c constraints.txt
 	@touch $@
 
 $(DEVKIT)/.installed: $(METADATA) conformance/requirements.txt conformance/constraints.txt
@@ -73,6 +78,11 @@ slow: $(VENV)/.installed-dev
 MINUTES ?= 90
 harden: $(VENV)/.installed-dev
 	$(VENV)/bin/python tests/faults/harden.py --minutes $(MINUTES)
+
+# A sample of 210 places; outcomes of what hasn't changed since are kept in benchmarks/results/mutants.json.
+mutants: $(VENV)/.installed-mutants
+	OMP_NUM_THREADS=1 $(VENV)/bin/pytest -q -m "slow or not slow" tests/mutants
+	OMP_NUM_THREADS=1 $(VENV)/bin/python tests/mutants/mutants.py
 
 conformance-env: $(DEVKIT)/.installed
 
