@@ -41,7 +41,7 @@ def command(path: Path, version: str | None, as_json: bool) -> None:
     dataset     version, cameras, splits, scenes
     shards      version, dataroot, settings, shards, invalid (camera, of, reason, frames: how many),
                 left_out (camera, reason, frames: how many)
-    shard       scene, location, version, grid, cameras (camera, frames, datasets),
+    shard       scene, location, version, grid, no_map, cameras (camera, frames, datasets),
                 invalid (scene, camera, of, reason, frames: their numbers from 0),
                 left_out (camera, reason, frames: how many)
     run         system, settings, scenes, checkpoints, figures (epoch, step, name, value)
@@ -113,6 +113,7 @@ def _shard(path: Path, version: str | None) -> dict[str, Any]:
                 "location": shard.location,
                 "version": shard.dataset_version,
                 "grid": asdict(shard.grid),
+                "no_map": shard.settings.targets.no_map,
                 "cameras": [_camera(shard, camera) for camera in shard.cameras],
                 "invalid": [asdict(found) for found in invalid_frames(shard)],
                 "left_out": [asdict(count) for count in count_left_out(shard)],

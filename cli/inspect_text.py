@@ -32,7 +32,8 @@ def _dataset(held: _Held) -> Iterator[str]:
 
 
 def _shards(held: _Held) -> Iterator[str]:
-    yield f"{held['path']}: {with_number(len(held['shards']), 'shard')} of {held['version']}"
+    bare = _bare(held["settings"].get("no_map", False))
+    yield f"{held['path']}: {with_number(len(held['shards']), 'shard')} of {held['version']}{bare}"
     yield ""
     rows = [
         (*(shard[name] for name in ("scene", "location", "frames", "bytes")), ", ".join(shard["splits"]))
@@ -50,7 +51,7 @@ def _shards(held: _Held) -> Iterator[str]:
 
 def _shard(held: _Held) -> Iterator[str]:
     grid = held["grid"]
-    yield f"{held['path']}: {held['scene']}, {held['location']}, {held['version']}"
+    yield f"{held['path']}: {held['scene']}, {held['location']}, {held['version']}{_bare(held['no_map'])}"
     yield (
         f"grid: {grid['rows']} rows × {grid['columns']} columns, {grid['m_per_cell']} m a cell, "
         f"ego at row {grid['ego_row']}, column {grid['ego_column']}"
@@ -73,6 +74,10 @@ def _shard(held: _Held) -> Iterator[str]:
         for one in held["invalid"]
     ]
     yield text_table(("camera", "invalid", "frames", "reason", "which, from 0"), found)
+
+
+def _bare(no_map: bool) -> str:
+    return ", without drivable area (--no-map)" if no_map else ""
 
 
 def _left_out(held: _Held) -> Iterator[str]:

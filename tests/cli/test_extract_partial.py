@@ -72,6 +72,7 @@ def test_frames_that_lack_a_file_are_left_out(extract, tmp_path, complaints):
     assert _run("verify", tmp_path / "out").output == f"{tmp_path / 'out'}: sound\n"
     assert _shown(extract("--no-map", "--skip-bad-frames"))["scenes"] == "1 (1 were there)"
     text = _run("inspect", tmp_path / "out").stdout
+    assert text.startswith(f"{tmp_path / 'out'}: 1 shard of v1.0-mini, without drivable area (--no-map)\n")
     assert re.search(r"camera +left out  reason\nCAM_BACK +5  image is absent\n", text)
     for place in ("out", "out/scene-0001.h5"):
         held = json.loads(_run("inspect", tmp_path / place, "--json").stdout)
