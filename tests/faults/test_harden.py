@@ -3,6 +3,7 @@
 import errno
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -125,3 +126,11 @@ def test_a_kill_at_an_operation(ended):
 
     assert ended(write_three, Fault("open", 2, "kill")).signal == 9
     assert not ended(write_three, Fault("open", 4, "kill")).hit
+
+
+def test_the_page_has_the_counts_that_were_measured(harness):
+    from harness.table import sums
+
+    page = (HARDEN.parents[2] / "docs" / "reliability.md").read_text(encoding="utf-8")
+    stated = re.search(r"<!-- counts: begin -->\n(.*?)\n<!-- counts: end -->", page, re.DOTALL)
+    assert stated[1] == sums(HARDEN.parents[2] / "benchmarks" / "results" / "harden")
