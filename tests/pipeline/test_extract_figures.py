@@ -61,7 +61,11 @@ NO_TRAJECTORY = "no frame has a valid trajectory"  # its scenes have eight key f
         (_nothing, ["--max-gap", "0.01"], [NO_TRAJECTORY]),
         (_masks_of(0), [], ["no cell is drivable throughout", NO_TRAJECTORY]),
         (_masks_of(255), [], ["every cell is drivable throughout", NO_TRAJECTORY]),
-        (_nothing, ["--categories", "static_object.bicycle_rack"], ["no cell is under a vehicle throughout", NO_TRAJECTORY]),
+        (
+            _nothing,
+            ["--categories", "static_object.bicycle_rack"],
+            ["no cell is under a vehicle throughout", NO_TRAJECTORY],
+        ),
     ],
 )
 def test_figures_that_are_all_or_nothing(notes, spoil, options, expected):
