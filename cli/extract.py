@@ -80,8 +80,8 @@ def command(
 
     Each scene of DATAROOT becomes OUT/<scene>.h5 with rasters, boxes, trajectories, calibration and images;
     OUT/manifest.json lists them. To resume after an interruption, run the same command again.
-    Scenes that fail are named at the end, with exit code 1; those that --only-complete leaves out too, with
-    exit code 0 as long as there are others.
+    Scenes that fail are named at the end, with exit code 1; scenes that are left out are named too, with exit
+    code 0 unless none is left.
     """
     from ogmkit.nuscenes.dataset import Dataset
     from ogmkit.pipeline.execution import Execution

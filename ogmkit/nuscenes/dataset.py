@@ -219,7 +219,8 @@ class Dataset:
             if channel not in recorded:
                 raise TableError(
                     f"{self._tables.path('sample_data')}: {name} has no key frame of {channel}; "
-                    f"there are: {', '.join(sorted(recorded)) or 'none'}; {_REMEDY}"
+                    f"there are: {', '.join(sorted(recorded)) or 'none'}; {_REMEDY}",
+                    kind=f"no key frame of {channel}",
                 )
 
     def _names(self, sql: str, *parameters: str) -> tuple[str, ...]:

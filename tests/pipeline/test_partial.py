@@ -105,6 +105,20 @@ def test_every_kind_of_absent_file_has_its_line(tmp_path, run, partial, root, sm
     }
 
 
+def _turn(records):
+    """Spoil all poses but the first, each in its own way."""
+    for number, record in enumerate(records):
+        record["rotation"] = [1.0, float(number), 0.0, 0.0]
+
+
+def test_a_broken_rule_is_one_kind_whatever_the_record(tmp_path, run, root, edit_table):
+    edit_table(root, "ego_pose", _turn)
+    with Dataset(root) as dataset:
+        (group,) = grouped(run(tmp_path / "out", dataset=dataset).failures)
+    assert (group.scenes, group.others) == (SCENES, True)
+    assert "R301, scene-0001" in group.reason
+
+
 def test_nothing_is_said_of_cameras_that_were_not_chosen(tmp_path, run, partial, small_settings):
     summary = run(tmp_path / "out", replace(small_settings, cameras=("CAM_FRONT",)), dataset=partial)
     assert (summary.failures, summary.frames) == ((), 2 * FRAMES)
@@ -180,7 +194,7 @@ def test_a_bad_sweep_is_a_bad_frame_of_every_camera(tmp_path, run, root, skippin
         }
 
 
-def test_scenes_that_lack_a_file_are_left_out(tmp_path, run, root, images, complete):
+def test_scenes_that_lack_a_file_are_left_out(tmp_path, run, root, images, complete, tiny_dataroot):
     for path in images(SCENES[1], "CAM_FRONT")[2:]:
         path.unlink()
     with Dataset(root) as dataset:
@@ -190,6 +204,10 @@ def test_scenes_that_lack_a_file_are_left_out(tmp_path, run, root, images, compl
     assert (left_out.scene, left_out.absent[0].files) == (SCENES[1], FRAMES - 2)
     assert [entry.scene for entry in read_manifest(tmp_path / "out").shards] == [SCENES[0]]
     assert verify_folder(tmp_path / "out") == ()
+    shutil.copytree(tiny_dataroot / "samples", root / "samples", dirs_exist_ok=True)
+    with Dataset(root) as dataset:
+        summary = run(tmp_path / "out", complete, dataset=dataset)
+    assert (summary.scenes, summary.kept, summary.left_out) == (2, 1, ())
 
 
 def test_a_scene_without_its_map_is_left_out_too(tmp_path, run, root, complete):

@@ -1,5 +1,6 @@
 """Points on cells and in vehicles: an off-centre grid, turned boxes, and the right frame of each point."""
 
+import json
 import re
 
 import h5py
@@ -108,3 +109,40 @@ def test_a_box_without_a_pose_is_named(shards, put_boxes):
     message = "scene-0003.h5: CAM_FRONT: frame 9 has a box whose pose or size is not finite"
     with pytest.raises(ShardError, match=re.escape(message)):
         values_of(shards, lambda truth: truth[None])
+
+
+def _leave_out(path, frame):
+    """Take a frame without boxes out of a shard, as an extraction does whose file is absent."""
+    with h5py.File(path, "r+") as h5:
+        front = h5["CAM_FRONT"]
+        time_us, names = front["timestamp_us"][frame], []
+        front.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
+        for name in names:
+            values = front[name][:]
+            if len(values) >= 15:
+                del front[name]
+                front[name] = np.delete(values, frame, axis=0)
+        front["left_out/timestamp_us"] = [time_us]
+        front["left_out/sample_data_token"] = ["lost"]
+
+
+def test_of_a_frame_that_is_left_out_nothing_is_known(shards):
+    """Frame 9 lies 3, 2 and 1 steps after the sequences that end at 6, 7 and 8: none needs its image."""
+    _leave_out(shards / "scene-0002.h5", 9)
+    off, inside = values_of(shards, lambda truth: truth[None])
+
+    expected = np.zeros((6, 5))
+    expected[[0, 1, 2], [2, 1, 0]] = np.nan
+    np.testing.assert_array_equal(inside[0], expected)
+    assert not np.isnan(off).any()
+
+
+def test_without_maps_nothing_is_known_of_the_drivable_area(shards):
+    for path in shards.glob("*.h5"):
+        with h5py.File(path, "r+") as h5:
+            del h5["CAM_FRONT/drivable"]
+            h5.attrs["settings"] = json.dumps(json.loads(h5.attrs["settings"]) | {"no_map": True})
+    off, inside = values_of(shards, lambda truth: truth[None])
+
+    assert np.isnan(off).all()
+    assert not inside.any()
