@@ -97,7 +97,7 @@ def _tasks(
         scene: SceneRecord | OgmkitError
         try:
             scene = read_scene(dataset, name, request.settings)
-            if ahead is not None and _is_new(scene, request):
+            if ahead is not None and ahead.lacks(scene) and _is_new(scene, request):
                 ahead.decode(scene)
         except OgmkitError as error:
             scene = error

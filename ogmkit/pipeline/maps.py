@@ -4,7 +4,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from ogmkit.errors import OgmkitError
-from ogmkit.frames import SceneRecord
+from ogmkit.frames import FrameRecord, SceneRecord
 from ogmkit.nuscenes.maps import MaskStore
 from ogmkit.nuscenes.paths import resolve
 
@@ -20,11 +20,20 @@ class MapsAhead:
         self._store = MaskStore(cache_dir)
         self._tried: set[str] = set()
 
+    def lacks(self, scene: SceneRecord) -> bool:
+        """Whether the scene's map has not been tried yet."""
+        frame = _any_frame(scene)
+        return frame is not None and frame.map_path not in self._tried
+
     def decode(self, scene: SceneRecord) -> None:
         """Decode the scene's map; what is wrong with it is left to the worker, which fails with it too."""
-        frame = next((frames[0] for frames in scene.cameras.values() if frames), None)
+        frame = _any_frame(scene)
         if frame is None or frame.map_path in self._tried:
             return
         self._tried.add(frame.map_path)
         with suppress(OgmkitError):
             self._store.open(resolve(frame.dataroot, frame.map_path))
+
+
+def _any_frame(scene: SceneRecord) -> FrameRecord | None:
+    return next((frames[0] for frames in scene.cameras.values() if frames), None)

@@ -77,9 +77,12 @@ def _shrink(path):
 DAMAGE = {"image is absent": _lose_one, "image is damaged": _cut, "image is of another size": _shrink}
 
 
-def test_what_is_absent_is_one_line_before_any_map_is_decoded(tmp_path, run, partial, images, mask_cache):
+@pytest.mark.parametrize("workers", [1, 2])
+def test_what_is_absent_is_one_line_before_any_map_is_decoded(
+    tmp_path, run, partial, images, mask_cache, workers
+):
     before = sorted(mask_cache.glob("*.mask"))
-    summary = run(tmp_path / "out", dataset=partial)
+    summary = run(tmp_path / "out", dataset=partial, execution=Execution(workers=workers))
     assert [failure.scene for failure in summary.failures] == list(SCENES)
     (group,) = grouped(summary.failures)
     first = images(SCENES[0], "CAM_BACK")[SOUND]
