@@ -14,7 +14,7 @@ DATA = Path(os.environ.get("OGMKIT_TEST_DATA") or Path(__file__).resolve().paren
 REAL_DATAROOT = DATA / "nuscenes-mini-part"
 
 # A busy machine makes examples slow; no property here is about time.
-hypothesis.settings.register_profile("ogmkit", deadline=None)
+hypothesis.settings.register_profile("ogmkit", deadline=None, max_examples=50)
 hypothesis.settings.load_profile("ogmkit")
 
 

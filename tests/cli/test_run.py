@@ -175,6 +175,7 @@ def test_needs_the_extra_train(write, monkeypatch):
     assert "pip install 'ogmkit[train]'" in result.stderr
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_cleanly_and_the_same_command_goes_on(write, tmp_path, start):
     write("planners: [{system: lstm-ed, epochs: 100000}]", steps=100_000)
     process = start("run", "chain.yaml", cwd=tmp_path)

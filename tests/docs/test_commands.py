@@ -1,7 +1,7 @@
 """Every command and example of the pages runs: bash expands a page's lines, and each command runs here.
 
-Trainings are two steps of a small network, and rasters are coarse. Those of docs/reproduce.md and what needs
-them take longer (`make slow`); of these, the gate parses the options.
+Trainings are two steps of a small network, and rasters are coarse. It takes minutes all the same: the gate
+parses the commands' options, `make slow` runs them.
 """
 
 import contextlib
@@ -175,6 +175,7 @@ def readme_folder(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_the_readme_makes_targets(readme_folder):
     assert {"errors.png", "shards", "pictures"} <= {path.name for path in readme_folder.iterdir()}
 
@@ -201,6 +202,7 @@ def test_targets_of_make_exist():
     assert set(named) <= set(targets)
 
 
+@pytest.mark.slow
 def test_the_readmes_example_opens_a_shard_in_six_lines_of_h5py(readme_folder):
     (example,) = blocks("README.md", "python")
     assert len([line for line in example.splitlines() if line]) <= 6

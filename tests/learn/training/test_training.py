@@ -88,18 +88,14 @@ def test_each_system_trains_and_leaves_a_whole_run(tmp_path, learn_shards, syste
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("system", "more", "step"),
     [
-        pytest.param("homography", {}, 6, marks=pytest.mark.slow),
+        ("homography", {}, 6),
         ("footprints", {"accumulate": 2, "checkpoint_every": 1}, 3),
-        pytest.param(
-            "footprints",
-            {"checkpoint_every": 1, "optimizer": "adamw", "schedule": "cosine"},
-            8,
-            marks=pytest.mark.slow,
-        ),
-        pytest.param("ved", {"checkpoint_every": 2}, 7, marks=pytest.mark.slow),
+        ("footprints", {"checkpoint_every": 1, "optimizer": "adamw", "schedule": "cosine"}, 8),
+        ("ved", {"checkpoint_every": 2}, 7),
     ],
 )
 def test_killed_within_an_epoch_and_resumed_the_weights_are_the_same(
@@ -149,6 +145,7 @@ def test_a_finished_training_stays_and_can_be_prolonged(tmp_path, learn_shards):
     assert (run / "last.ckpt").read_bytes() == (longer / "last.ckpt").read_bytes()
 
 
+@pytest.mark.slow
 def test_the_loss_falls(tmp_path, learn_shards):
     chosen = settings("footprints", epochs=6, colour=0.0, flip=0.0, lr=1e-2)
     train(chosen, learn_shards, tmp_path / "run")
