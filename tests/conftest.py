@@ -71,15 +71,30 @@ def tiny_dataroot(shared_folder):
 
 
 @pytest.fixture(scope="session")
-def make_plan_shards():
+def extract_all():
+    """Extract every scene of a dataset to `folder / "out"`, which is returned: `(root, folder, settings)`."""
+    from ogmkit.nuscenes.dataset import Dataset
+    from ogmkit.pipeline.extract import extract
+
+    def make(root, folder, settings):
+        with Dataset(root) as dataset:
+            scenes, splits = dataset.scene_names(), dataset.splits()
+            extract(
+                dataset, folder / "out", settings, scenes=scenes, splits=splits, cache_dir=folder / "cache"
+            )
+        return folder / "out"
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def make_plan_shards(extract_all):
     """Shards of a few scenes, one camera, an off-centre grid: `make_plan_shards(folder, scenes, frames)`.
 
     With homographies and footprints by `surface`; of the frames, all but twelve end a sequence.
     """
     from ogmkit.footprints.settings import FootprintSettings
     from ogmkit.grid import GridSpec
-    from ogmkit.nuscenes.dataset import Dataset
-    from ogmkit.pipeline.extract import extract
     from ogmkit.pipeline.homography_fit import fit_shards
     from ogmkit.pipeline.render_footprints import render_footprints
     from ogmkit.shards.settings import ExtractSettings
@@ -88,7 +103,7 @@ def make_plan_shards():
     from ogmkit.target_settings import TargetSettings
 
     def make(folder, scenes, frames):
-        world, out, cameras = folder / "world", folder / "shards", ("CAM_FRONT",)
+        world, out, cameras = folder / "world", folder / "out", ("CAM_FRONT",)
         synthesize(
             world,
             SynthesisSettings(
@@ -96,15 +111,7 @@ def make_plan_shards():
             ),
         )
         settings = ExtractSettings(TargetSettings(GridSpec(0.5, 80, 60, 80.0, 34.0)), cameras)
-        with Dataset(world) as dataset:
-            extract(
-                dataset,
-                out,
-                settings,
-                scenes=dataset.scene_names(),
-                splits=dataset.splits(),
-                cache_dir=folder / "cache",
-            )
+        extract_all(world, folder, settings)
         fit_shards(out, ("surface",))
         render_footprints(out, FootprintSettings(scale=1.0))
         return out
@@ -115,7 +122,7 @@ def make_plan_shards():
 @pytest.fixture(scope="session")
 def plan_shards(shared_folder, make_plan_shards):
     """Such shards of two scenes (train, val) with four sequences each; tests only read them."""
-    return shared_folder("plans", lambda folder: make_plan_shards(folder, 2, 16)) / "shards"
+    return shared_folder("plans", lambda folder: make_plan_shards(folder, 2, 16)) / "out"
 
 
 @pytest.fixture(scope="session")
@@ -185,20 +192,14 @@ def sample_grid():
 
 
 @pytest.fixture(scope="session")
-def make_sample_shards(tiny_dataroot, sample_grid):
+def make_sample_shards(extract_all, tiny_dataroot, sample_grid):
     """Shards of the tiny dataset on that grid: `make(folder, **targets)`, in `folder / "out"`."""
-    from ogmkit.nuscenes.dataset import Dataset
-    from ogmkit.pipeline.extract import extract
     from ogmkit.shards.settings import ExtractSettings
     from ogmkit.target_settings import TargetSettings
 
     def make(folder, **targets):
-        out = folder / "out"
         settings = ExtractSettings(TargetSettings(sample_grid, **targets), ("CAM_BACK", "CAM_FRONT"))
-        with Dataset(tiny_dataroot) as dataset:
-            scenes, splits = dataset.scene_names(), dataset.splits()
-            extract(dataset, out, settings, scenes=scenes, splits=splits, cache_dir=folder / "cache")
-        return out
+        return extract_all(tiny_dataroot, folder, settings)
 
     return make
 

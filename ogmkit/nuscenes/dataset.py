@@ -143,7 +143,7 @@ class Dataset:
             maps: name each frame's map mask too; False asks nothing of the table of maps.
 
         Raises:
-            SettingsError: there is no such scene, camera or LiDAR.
+            SettingsError: the scene, a camera or the LiDAR is unknown.
             TableError: a record that these frames use breaks a rule.
         """
         found = self._tables.rows(f"SELECT token FROM scene WHERE {_NAME} = ?", [name])

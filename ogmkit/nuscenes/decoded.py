@@ -21,7 +21,7 @@ from ogmkit.typing import UInt8Array
 TILE_ROWS, TILE_BYTES = 128, 128
 """Sides of a tile: rows of pixels, and bytes of eight pixels."""
 
-_DRIVABLE = 255
+DRIVABLE = 255
 _BLOCK_PIXELS = 1 << 24
 
 
@@ -50,7 +50,7 @@ class Header:
         """Read a file's header; None if it is missing, incomplete or of another version.
 
         Raises:
-            OSError: the system refuses to read it, or it is no regular file.
+            OSError: the system refuses to read it, or it is not a regular file.
         """
         try:
             with open_file(path) as file:
@@ -130,4 +130,4 @@ def _packed_blocks(image: Image) -> Iterator[UInt8Array]:
     block_rows = TILE_ROWS * max(1, _BLOCK_PIXELS // (TILE_ROWS * image.width))
     for row in range(0, image.height, block_rows):
         block = image.crop((0, row, image.width, min(row + block_rows, image.height)))
-        yield np.packbits(np.asarray(block.convert("L")) == _DRIVABLE, axis=1)
+        yield np.packbits(np.asarray(block.convert("L")) == DRIVABLE, axis=1)

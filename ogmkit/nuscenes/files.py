@@ -6,6 +6,7 @@ from pathlib import Path
 from ogmkit.base.files import file_status, read_bytes
 from ogmkit.base.images import image_size
 from ogmkit.errors import OgmkitError
+from ogmkit.nuscenes.decoded import DRIVABLE
 from ogmkit.nuscenes.mask_files import mask_form, read_mask
 from ogmkit.nuscenes.overview import is_present
 from ogmkit.nuscenes.paths import resolve
@@ -13,7 +14,6 @@ from ogmkit.nuscenes.tables import Tables
 from ogmkit.nuscenes.uses import Use
 
 _LIDAR_POINT_BYTES = 20
-_DRIVABLE = 255
 MASK_M_PER_PIXEL = 0.1
 
 _KEY_FILES = """
@@ -116,7 +116,7 @@ def _mask_problems(root: Path, filename: str, used: bool, extent_m: list[float |
         if used:  # to its last byte, as extraction does
             mask = read_mask(path)
             width, height = mask.size
-            if not mask.histogram()[_DRIVABLE]:
+            if not mask.histogram()[DRIVABLE]:
                 yield "R707", False, filename
         else:
             _, (height, width) = mask_form(path)

@@ -40,11 +40,10 @@ class Fixed:
     count: int
 
 
-def _chain(table: str, group: str, rows: str) -> tuple[str, ...]:
+def _chain(group: str, rows: str) -> tuple[str, ...]:
     """SQL giving (row, column, value) for wrong `prev` and `next` of the groups whose times are all distinct.
 
     Args:
-        table: the table's name.
         group: SQL of what a chain has in common.
         rows: SQL of the table `t` with what gives `time_us`.
     """
@@ -102,10 +101,10 @@ _FIXES: dict[str, tuple[str, ...]] = {
     "scene": _ends(
         "scene", "t.scene_token", _SAMPLES, ("nbr_samples", "first_sample_token", "last_sample_token")
     ),
-    "sample": _chain("sample", "t.scene_token", _SAMPLES),
+    "sample": _chain("t.scene_token", _SAMPLES),
     "sample_data": (
         *_slashes("sample_data"),
-        *_chain("sample_data", "(t.scene_token, t.calibrated_sensor_token)", _SENSOR_DATA),
+        *_chain("(t.scene_token, t.calibrated_sensor_token)", _SENSOR_DATA),
     ),
     "instance": _ends(
         "instance",
@@ -113,7 +112,7 @@ _FIXES: dict[str, tuple[str, ...]] = {
         _ANNOTATIONS,
         ("nbr_annotations", "first_annotation_token", "last_annotation_token"),
     ),
-    "sample_annotation": _chain("sample_annotation", "t.instance_token", _ANNOTATIONS),
+    "sample_annotation": _chain("t.instance_token", _ANNOTATIONS),
 }
 """Table → SQL giving (row, column, corrected value as text)."""
 _WHOLE_NUMBERS = ("nbr_samples", "nbr_annotations")
@@ -157,17 +156,21 @@ def fix_tables(dataset_root: Path, version: str | None, name: str) -> tuple[Fixe
 def _copy(folder: Path, part: Path) -> Iterator[Fixed]:
     """Copy all tables, without byte-order marks."""
     for path in sorted(folder.glob("*.json")):
-        try:
-            source = open_file(path)
-        except OSError as error:
-            raise TableError(f"{path}: cannot be read ({error.strerror}); check the file") from error
-        with source, (part / path.name).open("wb") as copy:
-            head = source.read(len(codecs.BOM_UTF8))
-            if head == codecs.BOM_UTF8:
-                yield Fixed(path.stem, "", 1)
-            else:
-                copy.write(head)
-            shutil.copyfileobj(source, copy, _COPIED_BYTES)
+        with (part / path.name).open("wb") as copy:
+            for number, data in enumerate(_chunks(path)):
+                marked = number == 0 and data.startswith(codecs.BOM_UTF8)
+                if marked:
+                    yield Fixed(path.stem, "", 1)
+                copy.write(data.removeprefix(codecs.BOM_UTF8) if marked else data)
+
+
+def _chunks(path: Path) -> Iterator[bytes]:
+    try:
+        with open_file(path) as file:
+            while data := file.read(_COPIED_BYTES):
+                yield data
+    except OSError as error:
+        raise TableError(f"{path}: cannot be read ({error.strerror}); check the file") from error
 
 
 def _correct(part: Path) -> Iterator[Fixed]:

@@ -62,7 +62,7 @@ def unsuitable(path: Path, what: str) -> DataFileError:
 
 
 def is_vector_map(path: Path) -> bool:
-    """Whether a map's file is no picture at all, but a JSON file of the map expansion; by its name."""
+    """Whether a map's file is not a picture but a JSON file of the map expansion, by its name."""
     return path.suffix.lower() == ".json"
 
 

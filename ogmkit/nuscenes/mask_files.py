@@ -48,7 +48,7 @@ def mask_form(path: Path) -> tuple[Limit, tuple[int, int]]:
         The kind of file, and (height, width) in pixels.
 
     Raises:
-        DataFileError: it is no mask that can be read, cut short, or too large.
+        DataFileError: it is not a readable mask, is cut short, or is too large.
         OSError: the system refuses it.
     """
     refuse_vector_map(path)

@@ -56,9 +56,6 @@ WHERE (a.translation[1] - p.translation[1]) ** 2 + (a.translation[2] - p.transla
 HAVING count(*) >= {_LEAST_BOXES}
 """
 
-Figure = tuple[float, int]
-"""What a query gives: a number of records, or a median in metres; and of how many records."""
-
 
 @dataclass(frozen=True)
 class Plausibility:
@@ -68,7 +65,7 @@ class Plausibility:
         id: such as R801.
         title: what is wrong where the figure is beyond its limit.
         remedy: what to do then.
-        sql: gives at most one row, a `Figure`.
+        sql: gives at most one row: a number of records, or a median in metres; and of how many records.
         text: the figure in words, with `{value}`, `{count}` and `{share}`.
         implausible: whether it is beyond its limit.
     """

@@ -37,6 +37,27 @@ class Rule:
     queries: tuple[Query, ...]
 
 
+_OF_CHECK = (
+    Rule("R601", "prev/next of images and sweeps is broken", _UNUSED, rules_links.IMAGE_LINKS),
+    Rule("R602", "prev/next of annotations is broken", _UNUSED, rules_links.ANNOTATION_LINKS),
+    Rule("R603", "instance miscounts its annotations", _UNUSED, rules_links.INSTANCES),
+    Rule(
+        "R604",
+        "map lists unknown logs",
+        "harmless: maps list the whole dataset's",
+        rules_values.LISTED_LOGS,
+    ),
+    Rule("R605", "attribute is unknown", "harmless: not used here", rules_values.LISTED_ATTRIBUTES),
+    Rule(
+        "R607",
+        "visibility has no known level",
+        "harmless: unknown visibility passes every filter",
+        rules_values.VISIBILITIES,
+    ),
+)
+"""Rules that only `ogmkit check` looks at."""
+
+
 def rules(*, complete: bool) -> tuple[Rule, ...]:
     """All rules in order of number; causes come before what follows from them.
 
@@ -75,27 +96,7 @@ def rules(*, complete: bool) -> tuple[Rule, ...]:
         Rule("R503", "scene has no map of its own", f"{_CORRECT}, or --no-map", rules_values.MAPS),
         Rule("R504", "channel is not a valid file name", _CORRECT, rules_values.CHANNELS),
     )
-    if not complete:
-        return edge
-    return (
-        *edge,
-        Rule("R601", "prev/next of images and sweeps is broken", _UNUSED, rules_links.IMAGE_LINKS),
-        Rule("R602", "prev/next of annotations is broken", _UNUSED, rules_links.ANNOTATION_LINKS),
-        Rule("R603", "instance miscounts its annotations", _UNUSED, rules_links.INSTANCES),
-        Rule(
-            "R604",
-            "map lists unknown logs",
-            "harmless: maps list the whole dataset's",
-            rules_values.LISTED_LOGS,
-        ),
-        Rule("R605", "attribute is unknown", "harmless: not used here", rules_values.LISTED_ATTRIBUTES),
-        Rule(
-            "R607",
-            "visibility has no known level",
-            "harmless: unknown visibility passes every filter",
-            rules_values.VISIBILITIES,
-        ),
-    )
+    return (*edge, *_OF_CHECK) if complete else edge
 
 
 def find_violations(tables: Tables) -> tuple[Rule, ...]:

@@ -25,6 +25,7 @@ Parameters = Sequence[object] | Mapping[str, object]
 _MAX_THREADS = 4
 _UNREADABLE = (duckdb.Error, UnicodeDecodeError)  # the latter where DuckDB quotes bytes that are no UTF-8
 _BATCH = 4096
+_LARGEST_OBJECT = "maximum_object_size = 16777216"
 
 # Frame records need key frames of cameras and LiDAR only. NULLs and dangling tokens stay in: rules name them.
 _JOINS = {
@@ -144,7 +145,7 @@ class Tables:
 
     def objects(self, table: str) -> Iterator[str]:
         """The records of a table as they stand in its file, as JSON text, in order."""
-        sql = "SELECT json FROM read_json_objects(?, format = 'array', maximum_object_size = 16777216)"
+        sql = f"SELECT json FROM read_json_objects(?, format = 'array', {_LARGEST_OBJECT})"
         for (text,) in self.stream(sql, [self._file(table)]):
             yield text
 
@@ -206,7 +207,7 @@ def _read_json(types: dict[str, str]) -> str:
     listed = ", ".join(f"{name}: '{type_}'" for name, type_ in types.items())
     return (
         f"read_json(?, format = 'array', columns = {{{listed}}}, "
-        "hive_partitioning = false, maximum_object_size = 16777216)"
+        f"hive_partitioning = false, {_LARGEST_OBJECT})"
     )
 
 

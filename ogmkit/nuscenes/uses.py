@@ -58,7 +58,7 @@ class Use:
         images: whether their images are read.
         lidar: channel of the LiDAR whose sweeps are read; None for none.
         maps: whether map masks are read.
-        categories: beginnings of the names of categories that are drawn.
+        categories: prefixes of the categories that are drawn.
     """
 
     cameras: tuple[str, ...] = ("CAM_FRONT",)

@@ -42,7 +42,7 @@ def extract(
 
     Existing shards that are complete and have the same settings stay. A scene that fails doesn't stop the
     others. Where the settings say so, scenes or frames whose files are absent or bad are left out; once the
-    files are there, the same call makes those shards anew. Killed at any moment, the folder holds whole
+    files are there, the same call rebuilds those shards. Killed at any moment, the folder holds whole
     shards only, and the same call again finishes the work.
 
     Args:

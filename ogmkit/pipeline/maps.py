@@ -28,7 +28,7 @@ class MapsAhead:
     def decode(self, scene: SceneRecord) -> None:
         """Decode the scene's map; what is wrong with it is left to the worker, which fails with it too."""
         frame = _any_frame(scene)
-        if frame is None or frame.map_path in self._tried:
+        if frame is None or not self.lacks(scene):
             return
         self._tried.add(frame.map_path)
         with suppress(OgmkitError):

@@ -15,7 +15,7 @@ from ogmkit.shards.summary import is_current
 def is_up_to_date(path: Path, scene: SceneRecord, request: Request, *, read: bool = True) -> bool:
     """Whether a scene's shard is whole and as the request wants it; files of its frames are not looked at.
 
-    Where frames may be left out, those that the shard lacks must still be bad: else it is made anew.
+    Where frames may be left out, those that the shard lacks must still be bad; otherwise it is rebuilt.
 
     Args:
         path: the shard's file.

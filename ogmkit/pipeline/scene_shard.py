@@ -97,9 +97,9 @@ def _given_up(task: Task, why: Refusal) -> Outcome:
         return Outcome(task.name, why.error, "failed", why.absent)
     if path.exists():
         error = DataFileError(
-            f"{path}: is of an earlier run and can't be made anew ({why.error.kind}); remove it, or choose "
+            f"{path}: is from an earlier run and can't be rebuilt ({why.error.kind}); remove it, or choose "
             "another OUT",
-            kind="shard of an earlier run can't be made anew",
+            kind="shard of an earlier run can't be rebuilt",
         )
         return Outcome(task.name, error, "failed")
     return Outcome(task.name, why.error, "left out", why.absent)

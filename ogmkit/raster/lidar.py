@@ -24,7 +24,7 @@ def lidar_points_level(frame: FrameRecord) -> Float32Array:
         (P, 4) float32: x, y, z in metres, level frame, and intensity; points that are not finite left out.
 
     Raises:
-        FrameFileError: there is no sweep, or its file is absent, empty or not a whole number of points.
+        FrameFileError: the frame has no sweep, or its file is absent, empty or not a whole number of points.
         DataFileError: the system refuses to read it.
     """
     if frame.lidar is None:

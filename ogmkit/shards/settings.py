@@ -17,7 +17,7 @@ Compression = Literal["gzip", "lzf", "none"]
 
 
 LEAVING_OUT = ("only_complete", "skip_bad_frames")
-"""Settings of an extraction that say what it goes on without."""
+"""Settings of an extraction that say what it leaves out."""
 
 _LATER = ("step_s", "lidar_channel", "no_map")
 """Of targets: left out at their defaults, as shards have it that were written before they could be set."""
@@ -53,7 +53,7 @@ class ExtractSettings:
 
     @property
     def leaves_out(self) -> bool:
-        """Whether the extraction goes on without what is absent or bad."""
+        """Whether the extraction leaves out what is absent or bad."""
         return self.only_complete or self.skip_bad_frames
 
     def to_dict(self) -> dict[str, Any]:

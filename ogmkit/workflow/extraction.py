@@ -35,7 +35,7 @@ class Extract:
         config: the whole configuration.
         version: folder of the tables.
         checksum: of all that the dataset says, without images and LiDAR.
-        files: fingerprint of which of these are there, where the run goes on without the others; else empty.
+        files: fingerprint of the images and LiDAR files present, where missing ones are left out; else empty.
     """
 
     config: Config
@@ -116,7 +116,7 @@ class Extract:
 
 
 def _require_scenes(summary: ExtractSummary) -> None:
-    """Refuse to go on where a scene failed, or all were left out."""
+    """Stop where a scene failed, or all were left out."""
     failures = summary.failures or (() if summary.scenes else summary.left_out)
     if not failures:
         return

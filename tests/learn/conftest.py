@@ -29,15 +29,13 @@ else:
 
 
 @pytest.fixture(scope="session")
-def learn_shards(shared_folder, tiny_dataroot):
+def learn_shards(shared_folder, extract_all, tiny_dataroot):
     """Two scenes (train, val) of two cameras on an off-centre grid, with LiDAR, homographies and footprints.
 
     Tests only read it.
     """
     from ogmkit.footprints.settings import FootprintSettings
     from ogmkit.grid import GridSpec
-    from ogmkit.nuscenes.dataset import Dataset
-    from ogmkit.pipeline.extract import extract
     from ogmkit.pipeline.homography_fit import fit_shards
     from ogmkit.pipeline.render_footprints import render_footprints
     from ogmkit.shards.settings import ExtractSettings
@@ -47,18 +45,9 @@ def learn_shards(shared_folder, tiny_dataroot):
     settings = ExtractSettings(TargetSettings(grid, lidar=True), ("CAM_FRONT", "CAM_BACK"))
 
     def fill(folder):
-        out = folder / "shards"
-        with Dataset(tiny_dataroot) as dataset:
-            extract(
-                dataset,
-                out,
-                settings,
-                scenes=dataset.scene_names(),
-                splits=dataset.splits(),
-                cache_dir=folder / "cache",
-            )
+        out = extract_all(tiny_dataroot, folder, settings)
         fit_shards(out, ("surface", "calibration"))
         for method in ("warp", "full-body"):
             render_footprints(out, FootprintSettings(method=method, scale=1.0))
 
-    return shared_folder("learn", fill) / "shards"
+    return shared_folder("learn", fill) / "out"

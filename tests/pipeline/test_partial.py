@@ -272,7 +272,7 @@ def test_without_the_option_a_shard_that_lacks_frames_is_not_what_is_wanted(
     assert summary.left_out == ()
     for failure in summary.failures:
         assert str(failure.error) == (
-            f"{out / failure.scene}.h5: is of an earlier run and can't be made anew (image is absent); "
+            f"{out / failure.scene}.h5: is from an earlier run and can't be rebuilt (image is absent); "
             "remove it, or choose another OUT"
         )
     assert digests(out) == before
