@@ -1,6 +1,5 @@
 """Datasets that both the official devkit and ogmkit read, in an environment that holds both."""
 
-import fcntl
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -59,21 +58,12 @@ def hilly_world(synthesized):
 
 
 @pytest.fixture(scope="session")
-def synthesized(tmp_path_factory):
-    """Two scenes, so two maps; enough key frames for whole trajectories. Made once for all processes."""
-    own = tmp_path_factory.getbasetemp()
-    base = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
+def synthesized(shared_folder):
+    """Two scenes, so two maps; enough key frames for whole trajectories."""
 
     def make(name, **settings):
-        root = base / f"synthetic-{name}"
-        with (base / f"synthetic-{name}.lock").open("w") as lock:
-            fcntl.flock(lock, fcntl.LOCK_EX)
-            if not root.exists():  # it appears when it is whole
-                wanted = SynthesisSettings(
-                    scenes=2, frames=14, version=VERSION, lidar_azimuths=200, **settings
-                )
-                synthesize(root, wanted)
-        return root
+        wanted = SynthesisSettings(scenes=2, frames=14, version=VERSION, lidar_azimuths=200, **settings)
+        return shared_folder(name, lambda folder: synthesize(folder / "dataset", wanted)) / "dataset"
 
     return make
 
