@@ -34,7 +34,8 @@ MASKS = [*IMAGES, *LONG]
 TRAININGS = {
     "homography": ["homography", *IMAGES, "--lr", 5e-4, "--epochs", 4],
     "homography-four-point": [
-        *("homography", *IMAGES, "--lr", 5e-4, "--epochs", 8, "--crop", 0.06, "--head", "four-point"),
+        *("homography", *IMAGES, "--lr", 5e-4, "--epochs", 8),
+        *("--pitch", 2, "--roll", 1, "--head", "four-point"),
     ],
     "bev-lidar": ["bev-lidar", *COMMON, *LONG, "--bev-cell", 0.5],
     "oft": ["oft", *MASKS, "--channels", 32, "--blocks", 2],

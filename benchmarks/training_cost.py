@@ -27,7 +27,7 @@ SUSTAINED_TFLOPS = 10.0
 VARIANTS = {
     **{name: {"system": name} for name in CATALOGUE},
     "holistic --checkpoint-gradients": {"system": "holistic", "checkpoint_gradients": True},
-    "holistic --freeze": {"system": "holistic", "perception": "(a run)", "freeze": True},
+    "holistic --freeze perception": {"system": "holistic", "perception": "(a run)", "freeze": ["perception"]},
     "end-to-end --checkpoint-gradients": {"system": "end-to-end", "checkpoint_gradients": True},
 }
 
@@ -38,7 +38,9 @@ def main():
         values = {"masks": "surface", **VARIANTS[name]}
         entry = CATALOGUE[values.pop("system")]
         settings = entry.settings(**entry.read(values))
-        system = build_system(settings, GridSpec(), ("CAM_FRONT",)).train()
+        system = build_system(settings, GridSpec(), ("CAM_FRONT",))
+        system.freeze_parts()
+        system.train()
         weights = sum(weight.numel() for weight in system.parameters())
         flops, kept = step(system)
         memory = 12 * weights + settings.batch_size * kept

@@ -1,15 +1,21 @@
 """An evaluation as tables: the paper's layout, once for each kind of IoU and of cells."""
 
+import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from ogmkit.evaluation.result import Evaluation, Figure
-from ogmkit.evaluation.tables import WITH_INTERVAL, Report, Table, counted, further_tables, shown
-from ogmkit.metrics.iou import CELLS, IOUS
+from ogmkit.evaluation.tables import NOTHING, WITH_INTERVAL, Report, Table, counted, further_tables, shown
+from ogmkit.metrics.iou import CELLS, IOUS, TUNED_IOU
 from ogmkit.metrics.regions import CLOSE_AHEAD_M, CLOSE_ASIDE_M, REGIONS
 from ogmkit.metrics.separation import MAX_DISTANCE_M, PAIR_METRICS
 from ogmkit.samples.spec import TARGETS
 
-_IOU_NAMES = {"foreground_iou": "foreground IoU", "mean_iou": "mean of foreground and background IoU"}
+_IOU_NAMES = {
+    "foreground_iou": "foreground IoU",
+    "mean_iou": "mean of foreground and background IoU",
+    TUNED_IOU: "foreground IoU at each run's own thresholds",
+}
 _CELL_NAMES = {"all": "all cells", "fov": "cells in the field of view"}
 _COLUMNS = {
     ("camera", "full"): "camera",
@@ -30,7 +36,7 @@ def iou_report(evaluation: Evaluation, all_tables: bool) -> Report:
         all_tables: False leaves the headline alone.
     """
     several = evaluation.scenes > 1
-    headline = _iou_table(evaluation, IOUS[0], CELLS[0], intervals=False)
+    headline = _headline(evaluation)
     left_out = f"95 % intervals, {_LEFT_OUT}" if several else _LEFT_OUT
     return Report(
         heading(evaluation),
@@ -57,9 +63,31 @@ def _explanations(evaluation: Evaluation, intervals: bool) -> Iterator[str]:
         f"close: in BEV, up to {CLOSE_AHEAD_M:g} m ahead and {CLOSE_ASIDE_M:g} m to each side; far: over "
         f"{CLOSE_AHEAD_M:g} m ahead; camera: all pixels."
     )
+    if _tuned(evaluation):
+        yield "A run's own thresholds are those that had the best IoU on its training's validation frames."
     if intervals:
         yield "Intervals come from resampling scenes."
     yield from evaluation.notes
+
+
+def _headline(evaluation: Evaluation) -> Table:
+    """The foreground's IoU over all cells; of each run also at thresholds that it has chosen itself."""
+    table = _iou_table(evaluation, IOUS[0], CELLS[0], intervals=False)
+    if not _tuned(evaluation):
+        return table
+    tuned = _iou_table(evaluation, TUNED_IOU, CELLS[0], intervals=False).systems
+    rows = [
+        row
+        for plain, (name, *cells) in zip(table.systems, tuned, strict=True)
+        for row in (plain, (f"{name}, own thresholds", *cells))
+        if set(row[1:]) != {NOTHING}
+    ]
+    return replace(table, systems=tuple(rows))
+
+
+def _tuned(evaluation: Evaluation) -> bool:
+    """Whether a run has thresholds of its own."""
+    return any(one.metric == TUNED_IOU and not math.isnan(one.value) for one in evaluation.figures)
 
 
 def _rest(evaluation: Evaluation, intervals: bool) -> Iterator[Table]:

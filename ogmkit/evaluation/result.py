@@ -21,7 +21,8 @@ class Figure:
         view: `camera` or `bev`.
         region: `full`, `close` or `far`.
         cells: `all`, or `fov` for those in the field of view.
-        metric: `foreground_iou`, or `mean_iou` with the background's; of neighbouring vehicles
+        metric: `foreground_iou`, or `mean_iou` with the background's; `tuned_iou`, the foreground's at the
+            thresholds that a run has chosen on its validation; of neighbouring vehicles
             (`ogmkit.metrics.separation`) the number of `pairs`, of `pairs_found`, and the share of these that
             is told apart, `pairs_separated`.
         value: over all frames: a share between 0 and 1, or a number of pairs.

@@ -63,6 +63,10 @@ class OpenRun(Protocol):
         """The set of camera-view masks that its grids come from; None for a system without."""
 
     @property
+    def thresholds(self) -> Sequence[float] | None:
+        """Of drivable and vehicles, chosen on the validation of the training; None for a system without."""
+
+    @property
     def grid(self) -> GridSpec:
         """Of its predictions."""
 

@@ -64,19 +64,27 @@ class Scorer:
         """
         tally = Tally(entrant.name, self._scope.scenes)
         samples: list[Sample] = []
-        unmasked = 0
+        unmasked, tuned = 0, entrant.run.thresholds
         with FrameReader(paths(self._scope.index)) as reader:
             for number, one in enumerate(found):
                 if one.bev is None:
                     raise no_grids(entrant.run.path, entrant.name, self._scope.shards)
                 place = one.scene, one.camera, one.frame
-                frame, bev, image = reader.frame(place), thresholded(one.bev, self._threshold), None
-                if entrant.masks is not None and one.image is not None:
-                    image = self._image_counts(frame, entrant.masks, one.image)
-                    unmasked += image is None
-                pairs = self._pairs(frame)
-                cells = self._cells.count(frame.truth, frame.field_of_view, bev)
-                tally.add(one.scene, cells, count_separated(pairs, bev), image)
+                frame, bev = reader.frame(place), thresholded(one.bev, self._threshold)
+                image = self._image_counts(frame, entrant.masks, one.image, self._threshold)
+                unmasked += image is None and entrant.masks is not None and one.image is not None
+                tally.add(
+                    one.scene,
+                    self._bev_counts(frame, bev),
+                    count_separated(self._pairs(frame), bev),
+                    image,
+                )
+                if tuned is not None:
+                    tally.add_tuned(
+                        one.scene,
+                        self._bev_counts(frame, thresholded(one.bev, tuned)),
+                        self._image_counts(frame, entrant.masks, one.image, tuned),
+                    )
                 if number in kept:
                     shown = None if one.image is None else thresholded(one.image, self._threshold)
                     samples.append(Sample(entrant.name, place, bev, shown))
@@ -104,21 +112,32 @@ class Scorer:
                     codes[MEAN_MAP] = means.get(frame.camera, np.zeros_like(frame.truth))
                 pairs = self._pairs(frame)
                 for name, code in codes.items():
-                    cells = self._cells.count(frame.truth, frame.field_of_view, code)
-                    tallies[name].add(frame.scene, cells, count_separated(pairs, code))
+                    separated = count_separated(pairs, code)
+                    tallies[name].add(frame.scene, self._bev_counts(frame, code), separated)
                 self._tick()
         return tuple(tallies.values())
+
+    def _bev_counts(self, frame: Frame, predicted: UInt8Array) -> IntArray:
+        return self._cells.count(frame.truth, frame.field_of_view, predicted)
 
     def _pairs(self, frame: Frame) -> Neighbours:
         faces = vehicle_faces(frame.shard, frame.camera, frame.index)
         return neighbours(faces, self._scope.grid, frame.truth, frame.field_of_view)
 
-    def _image_counts(self, frame: Frame, name: str, probabilities: Float32Array) -> IntArray | None:
+    def _image_counts(
+        self,
+        frame: Frame,
+        name: str | None,
+        probabilities: Float32Array | None,
+        thresholds: float | Sequence[float],
+    ) -> IntArray | None:
         """Counts of a frame's pixels against a set of masks; None where that has none for it."""
+        if name is None or probabilities is None:
+            return None
         group = f"footprints/{name}"
         if not row(frame.shard, frame.camera, f"{group}/valid", frame.index):
             return None
         names = (f"{group}/{target}" for target in TARGETS)
         drivable, vehicles = (row(frame.shard, frame.camera, one, frame.index) for one in names)
-        found = thresholded(resized(probabilities, drivable.shape), self._threshold)
+        found = thresholded(resized(probabilities, drivable.shape), thresholds)
         return count_image(code_of(drivable, vehicles), found)

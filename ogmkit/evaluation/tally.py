@@ -7,7 +7,7 @@ import numpy as np
 
 from ogmkit.evaluation.result import Figure
 from ogmkit.metrics.bootstrap import estimate
-from ogmkit.metrics.iou import BEV_SHAPE, CELLS, IMAGE_SHAPE, IOUS, iou
+from ogmkit.metrics.iou import BEV_SHAPE, CELLS, IMAGE_SHAPE, IOUS, TUNED_IOU, iou
 from ogmkit.metrics.regions import REGIONS
 from ogmkit.metrics.separation import COUNTS, PAIR_METRICS
 from ogmkit.samples.spec import TARGETS
@@ -28,6 +28,8 @@ class Tally:
         self._bev = np.zeros((len(scenes), *BEV_SHAPE), np.int64)
         self._image = np.zeros((len(scenes), *IMAGE_SHAPE), np.int64)
         self._pairs = np.zeros((len(scenes), len(COUNTS)), np.int64)
+        self._tuned_bev = np.zeros_like(self._bev)
+        self._tuned_image = np.zeros_like(self._image)
 
     def add(self, scene: str, bev: IntArray, pairs: IntArray, image: IntArray | None = None) -> None:
         """Add a frame's counts of cells, of pairs of vehicles, and of pixels where there are any."""
@@ -37,18 +39,32 @@ class Tally:
         if image is not None:
             self._image[row] += image
 
+    def add_tuned(self, scene: str, bev: IntArray, image: IntArray | None = None) -> None:
+        """Add a frame's counts of cells and pixels at the run's own thresholds."""
+        row = self._row[scene]
+        self._tuned_bev[row] += bev
+        if image is not None:
+            self._tuned_image[row] += image
+
     def figures(self) -> Iterator[Figure]:
-        """Every IoU, those in camera view NaN for a system without; then what neighbours are told apart."""
-        image, bev = estimate(self._image, iou), estimate(self._bev, iou)
+        """Every IoU, NaN where a system has none; then what neighbours are told apart."""
+        yield from self._iou_figures(self._image, self._bev, IOUS)
+        yield from self._iou_figures(self._tuned_image, self._tuned_bev, (TUNED_IOU,))
+        yield from self._pair_figures()
+
+    def _iou_figures(
+        self, image_counts: IntArray, bev_counts: IntArray, kinds: Sequence[str]
+    ) -> Iterator[Figure]:
+        """The first of the two IoUs, or both, by the names that they are given."""
+        image, bev = estimate(image_counts, iou), estimate(bev_counts, iou)
         for t, target in enumerate(TARGETS):
-            for i, kind in enumerate(IOUS):
+            for i, kind in enumerate(kinds):
                 values = (float(one[t, i]) for one in (image.value, image.low, image.high))
                 yield Figure(self.system, target, "camera", "full", "all", kind, *values)
-            for place in np.ndindex(len(REGIONS), len(CELLS), len(IOUS)):
-                names = (names[at] for names, at in zip((REGIONS, CELLS, IOUS), place, strict=True))
+            for place in np.ndindex(len(REGIONS), len(CELLS), len(kinds)):
+                names = (names[at] for names, at in zip((REGIONS, CELLS, kinds), place, strict=True))
                 values = (float(one[t][place]) for one in (bev.value, bev.low, bev.high))
                 yield Figure(self.system, target, "bev", *names, *values)
-        yield from self._pair_figures()
 
     def _pair_figures(self) -> Iterator[Figure]:
         """How many neighbours there are, how many are found, and how many of those are told apart."""

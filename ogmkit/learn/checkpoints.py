@@ -26,7 +26,7 @@ _Path = str | Path
 
 KEY = "ogmkit"
 """Of our own part of a checkpoint, which is Lightning's otherwise."""
-FORMAT_VERSION = 3
+FORMAT_VERSION = 4
 
 _FOREIGN = (
     pickle.UnpicklingError,

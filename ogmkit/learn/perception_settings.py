@@ -8,6 +8,7 @@ from ogmkit.base.stated import setting, with_default
 from ogmkit.learn.settings import TrainSettings
 
 Head = Literal["entries", "four-point"]
+Balance = Literal["none", "weighted", "focal"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,17 +41,33 @@ class ImageTraining(EncoderTraining):
     colour: float = setting(
         0.0, "Strength of random brightness, contrast and saturation.", "Data", low=0, high=1
     )
-    crop: float = setting(
+    pitch_deg: float = setting(
         0.0,
-        "Share of an image's sides cut off at random, at most; homographies follow.",
+        "Angle that the camera is turned up or down by at random, at most; masks and homographies follow.",
         "Data",
         low=0,
-        high=0.9,
+        high=45,
+        form="DEGREES",
+        flag="--pitch",
+    )
+    roll_deg: float = setting(
+        0.0, "The same about its optical axis.", "Data", low=0, high=45, form="DEGREES", flag="--roll"
     )
 
 
 @dataclass(frozen=True, kw_only=True)
-class MaskTraining(ImageTraining):
+class BalancedTraining(TrainSettings):
+    """Of a system that learns masks, most of whose cells are of one class."""
+
+    balance: Balance = setting(
+        "none",
+        "Balance of the classes: none, as in the paper; weighted, by the root of how rare they are; focal.",
+        "Optimisation",
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class MaskTraining(ImageTraining, BalancedTraining):
     """Of a system that learns masks in camera view."""
 
     masks: str | None = setting(
@@ -99,7 +116,7 @@ class FootprintsTraining(MaskTraining):
 
 
 @dataclass(frozen=True, kw_only=True)
-class OwnGridTraining(EncoderTraining):
+class OwnGridTraining(EncoderTraining, BalancedTraining):
     """Settings of a system that predicts on its own grid."""
 
     bev_cell_m: float | None = setting(

@@ -106,20 +106,30 @@ class HolisticTraining(PoolingTraining, MaskTraining, RecomputingTraining):
         form="RUN",
         unset="random weights",
     )
-    freeze: bool = setting(False, "Freeze the perception and train the planner only.", "Optimisation")
     perception_weight: float = setting(
         0.1, "Weight of the perception's loss beside the motion's.", "Optimisation", low=0
     )
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.freeze and self.perception is None:
-            raise SettingsError("freeze: needs a perception run whose weights are kept")
+        if self.freezes_perception and not self.runs_read:
+            raise SettingsError("freeze: a perception needs weights to keep: set perception, or init")
+
+    @property
+    def freezes_perception(self) -> bool:
+        """Whether the planner alone is trained."""
+        return "perception" in self.freeze
+
+    @property
+    def runs_read(self) -> Mapping[str, str]:
+        """The perception's, too."""
+        own = {} if self.perception is None else {"perception": self.perception}
+        return {**super().runs_read, **own}
 
     @property
     def learns_drivable(self) -> bool:
         """Its perception does, unless that is frozen."""
-        return not self.freeze
+        return not self.freezes_perception
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,6 +13,7 @@ from ogmkit.errors import SettingsError
 Optimizer = Literal["sgd", "adamw"]
 Schedule = Literal["constant", "cosine"]
 Precision = Literal["32-true", "16-mixed", "bf16-mixed"]
+BatchNorm = Literal["batch", "kept"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,6 +48,21 @@ class TrainSettings:
         unset="all",
     )
     flip: float = setting(0.0, "Probability of a horizontal flip.", "Data", low=0, high=1)
+    init: str | None = setting(
+        None,
+        "Weights that the training starts from, as far as they fit.",
+        "Model",
+        form="RUN|CHECKPOINT",
+        unset="random weights",
+    )
+    freeze: tuple[str, ...] = setting(
+        (), "Part of the network that is not trained, such as encoder.", "Model", form="PART,…", unset="none"
+    )
+    batch_norm: BatchNorm = setting(
+        "batch",
+        "Statistics of batch normalisation: of each batch, or kept as they are at the start.",
+        "Model",
+    )
     epochs: int = setting(100, "Number of passes over the frames, or sequences.", "Optimisation", low=1)
     max_steps: int | None = setting(
         None, "Maximum number of optimiser steps.", "Optimisation", low=1, unset="no bound"
@@ -105,6 +121,11 @@ class TrainSettings:
     def homographies_read(self) -> Mapping[str, str]:
         """Setting → source of homographies in the shards that the system learns from."""
         return {}
+
+    @property
+    def runs_read(self) -> Mapping[str, str]:
+        """Setting → run or checkpoint whose weights the training starts from."""
+        return {} if self.init is None else {"init": self.init}
 
     @property
     def resumable(self) -> frozenset[str]:

@@ -1,5 +1,7 @@
 """Intersection over union of drivable area and vehicles, from counts that add up over frames."""
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
 
@@ -15,6 +17,8 @@ CELLS = ("all", "fov")
 """Every cell; those in the camera's field of view."""
 IOUS = ("foreground_iou", "mean_iou")
 """Of the positive class; the mean of it and the negative class's."""
+TUNED_IOU = "tuned_iou"
+"""Of the positive class, at thresholds that were chosen on other frames."""
 OUTCOMES = ("tp", "fp", "fn", "tn")
 """What a cell counts as: the last axis of every array of counts."""
 
@@ -34,9 +38,12 @@ def masks_of(code: UInt8Array) -> tuple[UInt8Array, UInt8Array]:
     return code & np.uint8(DRIVABLE), code >> np.uint8(1)
 
 
-def thresholded(probabilities: Float32Array, threshold: float) -> UInt8Array:
-    """The code of (2, height, width) probabilities: set where they are over the threshold."""
-    drivable, vehicles = ((one > threshold).view(np.uint8) for one in probabilities)
+def thresholded(probabilities: Float32Array, thresholds: float | Sequence[float]) -> UInt8Array:
+    """The code of (2, height, width) probabilities: set where they are over a threshold, or each its own."""
+    each = np.broadcast_to(thresholds, len(TARGETS))
+    drivable, vehicles = (
+        (one > threshold).view(np.uint8) for one, threshold in zip(probabilities, each, strict=True)
+    )
     return code_of(drivable, vehicles)
 
 

@@ -13,6 +13,7 @@ class SampleArrays:
         image_size: (T, 2) int64 height and width that images have, or would have, after resizing.
         image: (T, h, w, 3) uint8 RGB.
         masks: (T, 2, h, w) uint8 0/1 drivable and vehicles, at the images' pixels.
+        known_pixels: (T, h, w) uint8 0/1, whether `masks` are the truth there; None where everywhere.
         bev: (T, 2, rows, columns) uint8 0/1 drivable and vehicles, on the shard's grid.
         known_columns: (columns,) bool of that grid: whether `bev` is the truth there.
         bev_from_image: (T, 3, 3) float64 from pixels of the resized image; NaN where invalid.
@@ -24,11 +25,13 @@ class SampleArrays:
         future: (6, 2) float64, as `past`.
         trajectory_valid: () bool.
         positions: (T, 2) float64 of the ego at each image, level frame of the last one.
+        mirrored: whether left and right have changed places.
     """
 
     image_size: IntArray
     image: UInt8Array | None = None
     masks: UInt8Array | None = None
+    known_pixels: UInt8Array | None = None
     bev: UInt8Array | None = None
     known_columns: BoolArray | None = None
     bev_from_image: FloatArray | None = None
@@ -40,6 +43,7 @@ class SampleArrays:
     future: FloatArray | None = None
     trajectory_valid: BoolArray | None = None
     positions: FloatArray | None = None
+    mirrored: bool = False
 
 
 def scaled(bev_from_image: FloatArray) -> FloatArray:

@@ -74,7 +74,7 @@ def read_sample(frames: Rows, spec: SampleSpec, image_root: Path | None) -> Samp
         source_size = frames.column("image_size")
         size = source_size if spec.image_size is None else np.tile(spec.image_size, (len(source_size), 1))
         parts: dict[str, Any] = {}
-        if spec.image_size is not None:
+        if spec.image_size is not None and spec.image:
             parts["image"] = _images(frames, image_root, source_size, spec.image_size)
         if spec.masks is not None:
             parts["masks"] = _masks(frames, spec.masks, size)

@@ -13,6 +13,7 @@ class SampleSpec:
     Attributes:
         image_size: (height, width) that images are resized to; masks, intrinsics and homographies follow.
             None where no image is wanted.
+        image: whether the images themselves are wanted, beside what follows their size.
         masks: set of camera-view masks, such as `surface`; None where none is wanted.
         homography: source of `bev_from_image`, such as `network`; None where none is wanted.
         bev_cell_m: side of a cell of the own grid that BEV truth (and LiDAR) come on; None where none is
@@ -31,3 +32,4 @@ class SampleSpec:
     lidar: bool = False
     bev: bool = False
     trajectory: bool = False
+    image: bool = True

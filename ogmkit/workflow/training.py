@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from ogmkit.learn.perception_settings import EncoderTraining
-from ogmkit.learn.planner_settings import HolisticTraining
 from ogmkit.learn.settings import TrainSettings
 from ogmkit.shards.manifest import file_sha256
 from ogmkit.workflow.config import ELSEWHERE, Config, Training
@@ -41,8 +40,7 @@ class Train:
         found += map(maker_of, settings.homographies_read.values())
         if settings.masks_learnt is not None:
             found.append(rendering(settings.masks_learnt))
-        if self._perception in self._trained_here:
-            found.append(training(str(self._perception)))
+        found += map(training, sorted(self._trained_here & {*settings.runs_read.values()}))
         return tuple(dict.fromkeys(found))
 
     @property
@@ -53,10 +51,11 @@ class Train:
         weights = settings.encoder_weights if isinstance(settings, EncoderTraining) else None
         if weights is not None and Path(weights).is_file():
             values["encoder_weights"] = file_sha256(Path(weights))
-        if self._perception is not None and self._perception not in self._trained_here:
-            from ogmkit.learn.runs import checkpoint_file  # noqa: PLC0415  # YAML
+        from ogmkit.learn.runs import checkpoint_file  # noqa: PLC0415  # YAML
 
-            values["perception"] = file_sha256(checkpoint_file(Path(self._perception)))
+        for name, run in settings.runs_read.items():
+            if run not in self._trained_here:
+                values[name] = file_sha256(checkpoint_file(Path(run)))
         return values
 
     @property
@@ -92,22 +91,19 @@ class Train:
         return Made(self._files(best), note=note, identity=file_sha256(best))
 
     @property
-    def _perception(self) -> str | None:
-        """What a holistic planner's perception begins with."""
-        settings = self.training.settings
-        return settings.perception if isinstance(settings, HolisticTraining) else None
-
-    @property
     def _trained_here(self) -> frozenset[str]:
-        """Trainings of this configuration that a perception may begin with."""
+        """Trainings of this configuration that others may start from."""
         return frozenset(one.name for one in self.config.grids)
 
     def _settings(self) -> TrainSettings:
-        """With the place of the perception instead of its name."""
+        """With the places of the runs that it starts from instead of their names."""
         settings = self.training.settings
-        if not isinstance(settings, HolisticTraining) or settings.perception not in self._trained_here:
-            return settings
-        return dataclasses.replace(settings, perception=str(self.config.run_folder(settings.perception)))
+        places: dict[str, Any] = {
+            name: str(self.config.run_folder(run))
+            for name, run in settings.runs_read.items()
+            if run in self._trained_here
+        }
+        return dataclasses.replace(settings, **places)
 
     def _files(self, best: Path) -> tuple[str, ...]:
         """What the training wrote, its best checkpoint first."""

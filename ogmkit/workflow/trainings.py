@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -46,8 +47,9 @@ def read_trainings(config: Config, values: Mapping[str, Any], path: Path) -> Con
     perception = None if config.footprints is None else FOOTPRINTS
     seeing = {"masks": chosen, "warp": chosen, "perception": perception}
     planners = reader.listed("planners", systems_of("plan"), seeing)
-    config = replace(config, planners=tuple(_placed(config, one, path) for one in planners))
+    config = replace(config, planners=tuple(planners))
     _require_distinct(config, path)
+    config = _placed(config, path)
     for training in config.trainings:
         _require_made(config, training, f"{path}: {training.name}")
         _require_same_encoder(config, training, f"{path}: {training.name}")
@@ -138,22 +140,37 @@ def _default_name(system: str, values: Mapping[str, Any]) -> str:
     return f"{system}-np" if values.get("no_past") is True else system
 
 
-def _placed(config: Config, training: Training, path: Path) -> Training:
-    """The training with a perception that is one of the file's trainings, or a place relative to the file."""
-    settings = training.settings
-    if not isinstance(settings, HolisticTraining):
-        return training
-    perception = settings.perception
-    known = [one.name for one in config.grids if one.settings.system == FOOTPRINTS]
-    if perception is None or perception in known:
-        return training
-    found = place(perception, path.parent).resolve()
-    if not found.exists():
-        raise SettingsError(
-            f"{path}: {training.name}: perception: {perception!r} is neither a training of footprints here "
-            f"(there are: {', '.join(known) or 'none'}) nor a path of one"
-        )
-    return replace(training, settings=replace(settings, perception=str(found)))
+def _placed(config: Config, path: Path) -> Config:
+    """The configuration whose trainings know the runs that they start from."""
+    homography, footprints = (
+        one and _placed_training(config, one, path) for one in (config.homography, config.footprints)
+    )
+    return replace(
+        config,
+        homography=homography,
+        footprints=footprints,
+        baselines=tuple(_placed_training(config, one, path) for one in config.baselines),
+        planners=tuple(_placed_training(config, one, path) for one in config.planners),
+    )
+
+
+def _placed_training(config: Config, training: Training, path: Path) -> Training:
+    """The training with runs to start from that are the file's trainings, or places relative to the file."""
+    earlier = takewhile(lambda one: one.name != training.name, config.trainings)
+    known = {one.name: one.settings.system for one in earlier if one in config.grids}
+    places: dict[str, Any] = {}
+    for name, run in training.settings.runs_read.items():
+        here = [one for one, system in known.items() if name == "init" or system == FOOTPRINTS]
+        if run in here:
+            continue
+        found = place(run, path.parent).resolve()
+        if not found.exists():
+            raise SettingsError(
+                f"{path}: {training.name}: {name}: {run!r} is neither a training here that it can start from "
+                f"(there are: {', '.join(here) or 'none'}) nor a path of one"
+            )
+        places[name] = str(found)
+    return replace(training, settings=replace(training.settings, **places))
 
 
 def _require_distinct(config: Config, path: Path) -> None:

@@ -71,7 +71,8 @@ def fake_runs(tmp_path):
     `predict(place)` gives BEV probabilities and, or None, those in camera view.
     """
 
-    def make(name, system="ved", predict=None, masks=None, grid=GRID, cameras=CAMERAS, output="grids"):
+    def make(name, system="ved", predict=None, masks=None, **options):
+        grid = options.get("grid", GRID)
         path = tmp_path / "runs" / name
         path.mkdir(parents=True)
         nothing = np.zeros((2, *grid.shape), np.float32)
@@ -90,12 +91,10 @@ def fake_runs(tmp_path):
             checkpoint=path / "best.ckpt",
             system=system,
             name=system,
-            output=output,
             masks=masks,
-            grid=grid,
-            cameras=cameras,
             frames=frames,
             calls=calls,
+            **{"output": "grids", "thresholds": None, "grid": GRID, "cameras": CAMERAS} | options,
         )
 
     return make

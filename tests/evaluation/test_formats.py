@@ -25,9 +25,10 @@ def figures(system, offset):
     for t, target in enumerate(("drivable", "vehicles")):
         for c, (view, region) in enumerate(COLUMNS):
             for cells in ("all", "fov") if view == "bev" else ("all",):
-                for metric in ("foreground_iou", "mean_iou"):
+                for metric in ("foreground_iou", "mean_iou", "tuned_iou"):
                     value = offset + 10 * t + c + 0.5 * (metric == "mean_iou") + 0.2 * (cells == "fov")
-                    value = math.nan if (system, view) == (FIXED, "camera") else value / 100
+                    missing = (system, view) == (FIXED, "camera") or metric == "tuned_iou"
+                    value = math.nan if missing else value / 100
                     names = system, target, view, region, cells, metric
                     yield Figure(*names, value, value - 0.01, value + 0.02)
 
@@ -75,8 +76,8 @@ def one_scene(evaluation):
 def test_json_is_one_flat_list_of_figures(evaluation):
     found = json.loads(as_json(evaluation))
 
-    assert [list(record) for record in found] == [KEYS] * 62
-    assert found[2] == {
+    assert [list(record) for record in found] == [KEYS] * 90
+    assert found[3] == {
         "system": SYSTEM,
         "definition": "paper",
         "target": "drivable",
@@ -89,8 +90,8 @@ def test_json_is_one_flat_list_of_figures(evaluation):
         "high": 0.31 + 0.02,
     }
     undefined = [record for record in found if (record["system"], record["view"]) == (FIXED, "camera")]
-    assert [(one["value"], one["low"], one["high"]) for one in undefined] == [(None, None, None)] * 4
-    assert [(one["metric"], one["value"], one["low"]) for one in found[28:31]] == [
+    assert [(one["value"], one["low"], one["high"]) for one in undefined] == [(None, None, None)] * 6
+    assert [(one["metric"], one["value"], one["low"]) for one in found[42:45]] == [
         ("pairs", 40.0, None),
         ("pairs_found", 20.0, None),
         ("pairs_separated", 0.5, 0.25),
@@ -102,7 +103,7 @@ def test_csv_holds_the_same_figures(evaluation):
     found = list(csv.DictReader(io.StringIO(as_csv(evaluation))))
     expected = json.loads(as_json(evaluation))
 
-    assert [list(record) for record in found] == [KEYS] * 62
+    assert [list(record) for record in found] == [KEYS] * 90
     for one, two in zip(found, expected, strict=True):
         for key in KEYS:
             value = (float(one[key]) if one[key] else None) if key in ("value", "low", "high") else one[key]
@@ -128,6 +129,20 @@ def test_the_headline_is_the_foreground_over_all_cells_without_intervals(evaluat
     assert table.header == ("system", *("camera", "BEV full", "close", "far") * 2)
     assert table.systems == ((SYSTEM, "30.0", "31.0", "32.0", "33.0", "40.0", "41.0", "42.0", "43.0"),)
     assert table.fixed == ((FIXED, "NA", "61.0", "62.0", "63.0", "NA", "71.0", "72.0", "73.0"),)
+
+
+def test_a_run_s_own_thresholds_have_a_row_beneath_it(evaluation):
+    tuned = [
+        replace(one, value=0.5) if (one.system, one.metric) == (SYSTEM, "tuned_iou") else one
+        for one in evaluation.figures
+    ]
+    report = report_of(replace(evaluation, figures=tuple(tuned)), all_tables=False)
+
+    plain, own = report.tables[0].systems
+    assert (plain,) == report_of(evaluation, all_tables=False).tables[0].systems
+    assert own == (f"{SYSTEM}, own thresholds", *["50.0"] * 8)
+    assert [row[0] for row in report.tables[0].fixed] == [FIXED]
+    assert any("own thresholds" in line for line in report.explanations)
 
 
 def test_a_headline_says_what_all_tables_add(evaluation, one_scene):

@@ -105,7 +105,7 @@ def test_predicting_needs_neither_weights_nor_recomputation():
         ({"system": "oft", "flip": 1.5}, "flip: 1.5 is above 1"),
         ({"system": "homography", "head": "six-point"}, "did you mean four-point"),
         ({"system": "oft", "val_split": "train"}, "are both 'train'"),
-        ({"system": "holistic", "freeze": True}, "freeze: needs a perception"),
+        ({"system": "holistic", "freeze": ["perception"]}, "freeze: a perception needs weights"),
         ({"system": "footprints", "kl_weight": 2.0}, "kl_weight: footprints does not read it; ved does"),
         (
             {"system": "lstm-ed", "no_past": True},

@@ -85,8 +85,8 @@ def test_a_pickle_is_refused_and_not_run(tmp_path):
     [
         ({"state_dict": {}}, "not a checkpoint of ogmkit"),
         ([1, 2], "not a checkpoint of ogmkit"),
-        ({"state_dict": {}, "ogmkit": {"format_version": 1}}, "format 1, not 3; train again"),
-        ({"state_dict": {}, "ogmkit": {"format_version": 99}}, "format 99, not 3"),
+        ({"state_dict": {}, "ogmkit": {"format_version": 1}}, "format 1, not 4; train again"),
+        ({"state_dict": {}, "ogmkit": {"format_version": 99}}, "format 99, not 4"),
         ({"state_dict": {}, "ogmkit": {"format_version": 3}}, "says of itself is damaged"),
     ],
 )

@@ -1,4 +1,4 @@
-"""Augmentation of samples: colours, windows, and a mirrored world that stays true to its geometry."""
+"""Augmentation of samples: colours, turned cameras, and a mirrored world that stays true to its geometry."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from ogmkit.errors import SettingsError
 from ogmkit.grid import GridSpec
-from ogmkit.learn.data.crop import cropped
+from ogmkit.learn.data.turn import turned
 from ogmkit.samples.arrays import SampleArrays, scaled
-from ogmkit.typing import FloatArray, UInt8Array
+from ogmkit.samples.mirrors import bev_mirror, image_mirror
+from ogmkit.typing import UInt8Array
 
 _Part = TypeVar("_Part")
 _Value = TypeVar("_Value", bound=np.generic)
@@ -31,24 +32,33 @@ class Augmentation:
     Attributes:
         colour: brightness, contrast and saturation each change by a factor within 1 ± this.
         flip: probability that left and right change places.
-        crop: share of an image's sides that is cut off at most; the rest is enlarged.
+        pitch_deg: angle, in degrees, that the camera is turned up or down by at most.
+        roll_deg: the same about its optical axis.
 
     Raises:
-        SettingsError: a value is not within 0 … 1, or of the crop 0 … 0.9.
+        SettingsError: a value is not within 0 … 1, or of the angles 0 … 45.
     """
 
     colour: float = 0.2
     flip: float = 0.5
-    crop: float = 0.0
+    pitch_deg: float = 0.0
+    roll_deg: float = 0.0
 
     def __post_init__(self) -> None:
-        for name, value, most in (
-            ("colour", self.colour, 1),
-            ("flip", self.flip, 1),
-            ("crop", self.crop, 0.9),
-        ):
+        for name, most in (("colour", 1), ("flip", 1), ("pitch_deg", 45), ("roll_deg", 45)):
+            value = getattr(self, name)
             if not 0 <= value <= most:
                 raise SettingsError(f"augmentation: {name} {value} is not within 0 … {most}")
+
+    @property
+    def turns(self) -> bool:
+        """Whether cameras are turned, which takes their intrinsics."""
+        return self.pitch_deg > 0 or self.roll_deg > 0
+
+    @property
+    def moves(self) -> bool:
+        """Whether it changes more than colours."""
+        return self.turns or self.flip > 0
 
     def require_grid(self, grid: GridSpec) -> None:
         """Check that this can be done on a grid.
@@ -63,16 +73,19 @@ class Augmentation:
             )
 
     def apply(self, sample: SampleArrays, grid: GridSpec, seed: int) -> SampleArrays:
-        """Change a sample, all its frames alike; the seed alone decides how."""
+        """Change a sample, all its frames alike; the seed alone decides how.
+
+        A sample whose cameras are turned needs `intrinsics`.
+        """
         rng = np.random.default_rng(seed)
         flips = rng.random() < self.flip
         brightness, contrast, saturation = rng.uniform(1 - self.colour, 1 + self.colour, 3)
         if sample.image is not None and self.colour:
             frames = [jittered(frame, brightness, contrast, saturation) for frame in sample.image]
             sample = replace(sample, image=np.stack(frames))
-        if self.crop:
-            left, top, cut = rng.uniform(0, (1, 1, self.crop))
-            sample = cropped(sample, 1 - cut, left, top)
+        if self.turns:
+            most_rad = np.radians([self.pitch_deg, self.roll_deg])
+            sample = turned(sample, *rng.uniform(-most_rad, most_rad))
         return flipped(sample, grid) if flips else sample
 
 
@@ -94,15 +107,17 @@ def flipped(sample: SampleArrays, grid: GridSpec) -> SampleArrays:
         sample: is left as it is.
         grid: of `bev`; twice its ego column is whole. Cells mirrored from outside the grid are 0 and unknown.
     """
-    image_mirrors = np.stack([_mirror(width - 1) for width in sample.image_size[:, 1]])
-    bev_mirror = _mirror(2 * (grid.ego_column - 0.5))
+    image_mirrors = np.stack([image_mirror(width) for width in sample.image_size[:, 1]])
     return replace(
         sample,
         image=_of(sample.image, lambda image: image[:, :, ::-1]),
         masks=_of(sample.masks, lambda masks: masks[..., ::-1]),
+        known_pixels=_of(sample.known_pixels, lambda known: known[..., ::-1]),
         bev=_of(sample.bev, lambda bev: _mirrored_columns(bev, grid)),
         known_columns=_of(sample.known_columns, lambda known: _mirrored_columns(known, grid)),
-        bev_from_image=_of(sample.bev_from_image, lambda matrix: scaled(bev_mirror @ matrix @ image_mirrors)),
+        bev_from_image=_of(
+            sample.bev_from_image, lambda matrix: scaled(bev_mirror(grid) @ matrix @ image_mirrors)
+        ),
         # u' = W − 1 − u and x' = −x of the camera: together the focal length keeps its sign.
         intrinsics=_of(sample.intrinsics, lambda matrix: image_mirrors @ matrix @ _CAMERA_MIRROR[:3, :3]),
         level_from_camera=_of(sample.level_from_camera, lambda pose: _LEVEL_MIRROR @ pose @ _CAMERA_MIRROR),
@@ -110,16 +125,12 @@ def flipped(sample: SampleArrays, grid: GridSpec) -> SampleArrays:
         past=_of(sample.past, _mirrored_y),
         future=_of(sample.future, _mirrored_y),
         positions=_of(sample.positions, _mirrored_y),
+        mirrored=not sample.mirrored,
     )
 
 
 def _of(value: _Part | None, function: Callable[[_Part], _Part]) -> _Part | None:
     return None if value is None else function(value)
-
-
-def _mirror(sum_of_both: float) -> FloatArray:
-    """(3, 3) map of (u, v, 1) to (sum − u, v, 1)."""
-    return np.array([[-1.0, 0.0, sum_of_both], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 
 
 def _mirrored_columns(cells: NDArray[_Value], grid: GridSpec) -> NDArray[_Value]:

@@ -25,6 +25,7 @@ class FrameDataset(Dataset[Sample]):
 
     - `image`: (3, h, w) float32 RGB, 0 … 1.
     - `masks`: (2, h, w) float32 0/1, drivable and vehicles in camera view, at the image's pixels.
+    - `masks_known`: (h, w) float32 0/1, beside masks whose camera was turned: 0 beyond the image's edge.
     - `bev`: (2, R, C) float32 0/1, drivable and vehicles on the own grid, by majority of the shard's cells.
     - `bev_known`: (R, C) float32 0/1, 0 where a flip brought in cells from outside the grid.
     - `bev_from_image`: (3, 3) float64 from pixels of `image` to cells of the shard's grid, w > 0 on ground,
@@ -32,7 +33,8 @@ class FrameDataset(Dataset[Sample]):
     - `intrinsics`: (3, 3) float64 of `image`; `level_from_camera`: (4, 4) float64.
     - `lidar`: (3, R, C) float32 on the own grid (see `ogmkit.samples.lidar_image`).
     - `past`, `future`: (6, 2) float32 metres, level frame; NaN where missing; `trajectory_valid`: () bool.
-    - `camera`: () int64 place among `cameras`; `index`: () int64 place in the dataset; these always.
+    - `camera`: () int64 place among `cameras`; `index`: () int64 place in the dataset; `mirrored`: () bool,
+      whether left and right have changed places; these always.
 
     Args:
         index: which frames.
@@ -79,11 +81,12 @@ class FrameDataset(Dataset[Sample]):
             DataFileError: an image is absent or damaged.
         """
         i, seed = (key, None) if isinstance(key, int) else key
-        arrays = read_sample(self._rows(i), self._spec, self._index.image_root)
-        if self._augment is not None and seed is not None:
-            arrays = self._augment.apply(arrays, self.grid, seed)
-        place = {"camera": torch.tensor(int(self._index.camera[i])), "index": torch.tensor(i)}
-        return self._tensors(arrays) | place
+        arrays = self._arrays(i, seed)
+        return self._tensors(arrays) | {
+            "camera": torch.tensor(int(self._index.camera[i])),
+            "index": torch.tensor(i),
+            "mirrored": torch.tensor(arrays.mirrored),
+        }
 
     def place(self, i: int) -> tuple[str, str, int]:
         """Scene, camera and frame of a sample."""
@@ -104,6 +107,15 @@ class FrameDataset(Dataset[Sample]):
         _, camera, _ = self.place(i)
         shard = self._pool.shard(int(self._index.shard[i]))
         return Rows(shard, camera, self._index.rows[i].tolist())
+
+    def _arrays(self, i: int, seed: int | None) -> SampleArrays:
+        """A sample as it is, or augmented where there is a seed."""
+        rows, root = self._rows(i), self._index.image_root
+        if self._augment is None or seed is None:
+            return read_sample(rows, self._spec, root)
+        calibrated = replace(self._spec, calibration=self._spec.calibration or self._augment.turns)
+        arrays = self._augment.apply(read_sample(rows, calibrated, root), self.grid, seed)
+        return arrays if self._spec.calibration else replace(arrays, intrinsics=None, level_from_camera=None)
 
     def _tensors(self, arrays: SampleArrays) -> dict[str, Tensor]:
         whole = per_frame_tensors(arrays, self.own_grid, self._factor)

@@ -1,10 +1,11 @@
 """Training and validation data of a folder of shards, as Lightning takes them."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from lightning import LightningDataModule
+from torch import Tensor
 
 from ogmkit.learn.data.augment import Augmentation
 from ogmkit.learn.data.frames import FrameDataset
@@ -89,10 +90,18 @@ class ShardDataModule(LightningDataModule):
         """Training batches, shuffled and augmented."""
         return self._loader(self.train_set, self.train_batches)
 
-    def plain_train_dataloader(self, spec: SampleSpec) -> BatchLoader:
-        """Training samples in order and not augmented, for statistics; `spec` says what they hold."""
-        batches = EpochBatches(len(self.train_set), self._loading.batch_size, seed=0, shuffle=False)
-        return loader(self._samples(self._train_index, spec), batches, workers=0)
+    def statistics(self, spec: SampleSpec, rounds: int) -> Iterator[dict[str, Tensor]]:
+        """Batches of training samples in order, augmented as in training, for what is fixed before it.
+
+        Args:
+            spec: what samples hold.
+            rounds: how often each is drawn; where nothing moves it, once.
+        """
+        augment = self._loading.augmentation
+        samples = self._samples(self._train_index, spec, augment=augment)
+        batches = EpochBatches(len(samples), self._loading.batch_size, seed=self._loading.seed, shuffle=False)
+        for batches.epoch in range(rounds if augment is not None and augment.moves else 1):
+            yield from loader(samples, batches, workers=0)
 
     def val_dataloader(self) -> BatchLoader:
         """Validation batches, in order."""

@@ -30,6 +30,8 @@ def per_frame_tensors(arrays: SampleArrays, own_grid: GridSpec | None, factor: i
         sample["image"] = _image_tensor(arrays.image)
     if arrays.masks is not None:
         sample["masks"] = _float32(arrays.masks)
+    if arrays.known_pixels is not None:
+        sample["masks_known"] = _float32(arrays.known_pixels)
     if arrays.bev is not None and arrays.known_columns is not None:
         sample["bev"] = _float32(majority(arrays.bev, factor))
         known = _float32(np.all(arrays.known_columns.reshape(-1, factor), axis=1))

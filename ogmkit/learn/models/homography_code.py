@@ -9,7 +9,9 @@ import torch
 from torch import Tensor, nn
 
 from ogmkit.errors import SettingsError, TrainingError
+from ogmkit.grid import GridSpec
 from ogmkit.learn.models.projective import apply, inverse_or_nan, through_four_points, unit_h33
+from ogmkit.samples.mirrors import bev_mirror, image_mirror
 
 _LEAST_SHARE = 1e-3
 """No factor is smaller than this share of what is typical: what never varies must not be blown up."""
@@ -24,21 +26,37 @@ class HomographyCode(ABC, nn.Module):
     """A code of fixed length for homographies, with factors fixed from the training split, one set a camera.
 
     They are buffers, so that they travel with the weights. Before `fit` or `load_state_dict` they are NaN.
+    Homographies of mirrored samples are standardised by mirrored factors: a camera that looks to one side, or
+    whose principal point is off the centre, would otherwise have its mirror image many deviations away.
 
     Args:
         cameras: how many there are.
         image_size: (height, width) of the images whose pixels homographies map.
+        grid: whose cells they map to.
     """
 
     size: int
+    bev_mirror: Tensor
+    image_mirror: Tensor
 
-    def __init__(self, cameras: int, image_size: tuple[int, int]) -> None:
+    def __init__(self, cameras: int, image_size: tuple[int, int], grid: GridSpec) -> None:
         super().__init__()
         self.cameras = cameras
         self.image_size = image_size
+        mirrors = {"bev_mirror": bev_mirror(grid), "image_mirror": image_mirror(image_size[1])}
+        for name, mirror in mirrors.items():
+            self.register_buffer(name, torch.from_numpy(mirror), persistent=False)
 
     @classmethod
-    def fit(cls, bev_from_image: Tensor, camera: Tensor, cameras: int, image_size: tuple[int, int]) -> Self:
+    def fit(
+        cls,
+        bev_from_image: Tensor,
+        camera: Tensor,
+        cameras: int,
+        image_size: tuple[int, int],
+        grid: GridSpec,
+        mirrored: Tensor | None = None,
+    ) -> Self:
         """The code with the factors of a training split.
 
         Args:
@@ -46,28 +64,39 @@ class HomographyCode(ABC, nn.Module):
             camera: (N,) int64.
             cameras: how many there are.
             image_size: (height, width) of the images.
+            grid: whose cells homographies map to.
+            mirrored: (N,) bool, which of them are of mirrored samples; None for none.
 
         Raises:
             SettingsError: a camera's index is unknown.
             TrainingError: a camera has no homography, or none that the code can be made from.
         """
-        code = cls(cameras, image_size)
+        code = cls(cameras, image_size, grid)
         code.require_known(camera)
         finite = torch.isfinite(bev_from_image).all(-1).all(-1)
+        flipped = torch.zeros_like(finite) if mirrored is None else mirrored
         for index in range(cameras):
-            chosen = bev_from_image[finite & (camera == index)]
-            if not len(chosen):
+            chosen = finite & (camera == index)
+            if not bool(chosen.any()):
                 raise TrainingError(f"camera {index} has no valid homography in the training split")
-            code.fit_camera(index, unit_h33(chosen.double()))
+            code.fit_camera(index, unit_h33(bev_from_image[chosen].double()), flipped[chosen])
         return code
 
     @abstractmethod
-    def fit_camera(self, index: int, bev_from_image: Tensor) -> None:
-        """Fix the factors of one camera from its (N, 3, 3) homographies, |h33| = 1."""
+    def fit_camera(self, index: int, bev_from_image: Tensor, mirrored: Tensor) -> None:
+        """Fix the factors of one camera from its (N, 3, 3) homographies, |h33| = 1, (N,) of them mirrored."""
 
     @abstractmethod
-    def encode(self, bev_from_image: Tensor, camera: Tensor) -> Tensor:
-        """(B, 3, 3) float64 and (B,) cameras → (B, size) float32, about 0 on average and 1 in spread.
+    def encode(self, bev_from_image: Tensor, camera: Tensor, mirrored: Tensor | None = None) -> Tensor:
+        """What is regressed.
+
+        Args:
+            bev_from_image: (B, 3, 3) float64.
+            camera: (B,) int64.
+            mirrored: (B,) bool, which of them are of mirrored samples; None for none.
+
+        Returns:
+            (B, size) float32, about 0 on average and 1 in spread.
 
         Raises:
             SettingsError: a camera's index is unknown.
@@ -80,6 +109,16 @@ class HomographyCode(ABC, nn.Module):
         Raises:
             SettingsError: a camera's index is unknown.
         """
+
+    def mirror(self, bev_from_image: Tensor) -> Tensor:
+        """(B, 3, 3) homographies of the mirrored samples, |h33| = 1; twice is once back."""
+        return unit_h33(self.bev_mirror @ bev_from_image.double() @ self.image_mirror)
+
+    def mirrored_where(self, bev_from_image: Tensor, mirrored: Tensor | None) -> Tensor:
+        """(B, 3, 3) homographies, mirrored where (B,) says so."""
+        if mirrored is None:
+            return bev_from_image
+        return torch.where(mirrored[:, None, None], self.mirror(bev_from_image), bev_from_image)
 
     def require_known(self, camera: Tensor) -> None:
         """Refuse indices that no factors are there for.
@@ -104,28 +143,29 @@ class EntriesCode(HomographyCode):
     mean: Tensor
     scale: Tensor
 
-    def __init__(self, cameras: int, image_size: tuple[int, int]) -> None:
-        super().__init__(cameras, image_size)
+    def __init__(self, cameras: int, image_size: tuple[int, int], grid: GridSpec) -> None:
+        super().__init__(cameras, image_size, grid)
         for name in ("mean", "scale"):
             self.register_buffer(name, torch.full((cameras, 3, 3), torch.nan, dtype=torch.float64))
 
-    def fit_camera(self, index: int, bev_from_image: Tensor) -> None:
-        """Mean and standard deviation of each entry.
+    def fit_camera(self, index: int, bev_from_image: Tensor, mirrored: Tensor) -> None:
+        """Mean of each entry, and its standard deviation, of mirrored ones about the mirrored mean.
 
         A deviation counts at least a thousandth of the entry's natural unit: what it would be if it made up
         all of its row's largest term at the image's far corner.
         """
         height, width = self.image_size
         reach = bev_from_image.new_tensor([width, height, 1.0])
-        self.mean[index] = bev_from_image.mean(0)
+        self.mean[index] = mean = self.mirrored_where(bev_from_image, mirrored).mean(0)
+        offsets = bev_from_image - self.mirrored_where(mean.expand_as(bev_from_image), mirrored)
         natural = (bev_from_image.abs() * reach).amax(-1).mean(0)[:, None] / reach
-        self.scale[index] = bev_from_image.std(0, correction=0).maximum(_LEAST_SHARE * natural)
+        self.scale[index] = offsets.square().mean(0).sqrt().maximum(_LEAST_SHARE * natural)
 
-    def encode(self, bev_from_image: Tensor, camera: Tensor) -> Tensor:
+    def encode(self, bev_from_image: Tensor, camera: Tensor, mirrored: Tensor | None = None) -> Tensor:
         """See `HomographyCode.encode`."""
         self.require_known(camera)
-        entries = unit_h33(bev_from_image.double())
-        return ((entries - self.mean[camera]) / self.scale[camera]).flatten(1).float()
+        mean = self.mirrored_where(self.mean[camera], mirrored)
+        return ((unit_h33(bev_from_image.double()) - mean) / self.scale[camera]).flatten(1).float()
 
     def decode(self, code: Tensor, camera: Tensor) -> Tensor:
         """See `HomographyCode.decode`."""
@@ -147,13 +187,14 @@ class FourPointCode(HomographyCode):
     mean_px: Tensor
     scale_px: Tensor
 
-    def __init__(self, cameras: int, image_size: tuple[int, int]) -> None:
-        super().__init__(cameras, image_size)
+    def __init__(self, cameras: int, image_size: tuple[int, int], grid: GridSpec) -> None:
+        super().__init__(cameras, image_size, grid)
         for name in ("places_bev", "mean_px", "scale_px"):
             self.register_buffer(name, torch.full((cameras, 4, 2), torch.nan, dtype=torch.float64))
 
-    def fit_camera(self, index: int, bev_from_image: Tensor) -> None:
-        """Choose the places; mean and standard deviation of where they appear."""
+    def fit_camera(self, index: int, bev_from_image: Tensor, mirrored: Tensor) -> None:
+        """Choose the places; mean and standard deviation of where they appear, mirrored back."""
+        bev_from_image = self.mirrored_where(bev_from_image, mirrored)
         height, width = self.image_size
         found = []
         for near, far in product(_NEAR_SHARES_V, _FAR_SHARES_V):
@@ -173,11 +214,15 @@ class FourPointCode(HomographyCode):
         self.mean_px[index] = places_px.mean(0)
         self.scale_px[index] = places_px.std(0, correction=0).clamp(min=_LEAST_SHARE * height)
 
-    def encode(self, bev_from_image: Tensor, camera: Tensor) -> Tensor:
-        """See `HomographyCode.encode`."""
+    def encode(self, bev_from_image: Tensor, camera: Tensor, mirrored: Tensor | None = None) -> Tensor:
+        """See `HomographyCode.encode`; left and right places of mirrored samples change roles."""
         self.require_known(camera)
-        seen, _ = apply(inverse_or_nan(bev_from_image.double()), self.places_bev[camera])
-        return ((seen - self.mean_px[camera]) / self.scale_px[camera]).flatten(1).float()
+        matrices = self.mirrored_where(bev_from_image.double(), mirrored)
+        seen, _ = apply(inverse_or_nan(matrices), self.places_bev[camera])
+        offsets = (seen - self.mean_px[camera]) / self.scale_px[camera]
+        if mirrored is not None:
+            offsets = torch.where(mirrored[:, None, None], _sides_changed(offsets), offsets)
+        return offsets.flatten(1).float()
 
     def decode(self, code: Tensor, camera: Tensor) -> Tensor:
         """See `HomographyCode.decode`."""
@@ -196,6 +241,11 @@ def _places(bev_from_image: Tensor, pixels: Tensor) -> tuple[Tensor, Tensor] | N
     places_bev, _ = apply(bev_from_image.mean(0, keepdim=True), pixels)
     places_px, w = apply(inverse_or_nan(bev_from_image), places_bev)
     return (places_bev[0], places_px) if bool((depths > 0).all() and (w > 0).all()) else None
+
+
+def _sides_changed(offsets: Tensor) -> Tensor:
+    """(B, 4, 2) offsets of places as their mirror images have them: right for left, to the other side."""
+    return offsets[:, [1, 0, 3, 2]] * offsets.new_tensor([-1.0, 1.0])
 
 
 def _unsteadiness(places_px: Tensor) -> float:

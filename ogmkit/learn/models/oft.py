@@ -62,7 +62,8 @@ class OftNet(nn.Module):
         encoder: as `ImageEncoder`.
         weights: as `ImageEncoder`.
         grid: that masks are predicted on; the paper's has cells of 1 m.
-        heights_m: boundaries of the layers of voxels, above z = 0 of the level frame.
+        heights_m: boundaries of the layers of voxels, above z = 0 of the level frame; the published code
+            has 4 m of them about the ground, too.
         channels: of features after the front end.
         blocks: residual blocks of the top-down network.
 
@@ -79,7 +80,7 @@ class OftNet(nn.Module):
         weights: str | None,
         grid: GridSpec,
         *,
-        heights_m: tuple[float, ...] = (0.0, 1.0, 2.0, 3.0, 4.0),
+        heights_m: tuple[float, ...] = (-2.0, -1.0, 0.0, 1.0, 2.0),
         channels: int = 256,
         blocks: int = 8,
     ) -> None:

@@ -76,6 +76,12 @@ class Run:
         return self.card.settings.masks_learnt if self.output == "grids" else None
 
     @property
+    def thresholds(self) -> tuple[float, ...] | None:
+        """Of drivable and vehicles, chosen on the validation; None for a system without masks."""
+        found = self.weights.get("thresholds")
+        return None if found is None else tuple(round(value, 2) for value in found.tolist())
+
+    @property
     def image_size(self) -> tuple[int, int]:
         """(height, width) that images are resized to.
 

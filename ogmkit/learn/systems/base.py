@@ -1,16 +1,18 @@
 """What all systems share: a Lightning module that knows its settings, its samples and its score."""
 
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import torch
 from lightning.pytorch import LightningModule
 from lightning.pytorch.utilities.types import OptimizerLRSchedulerConfig
 from torch import Tensor
-from torch.utils.data import DataLoader
+from torch.nn import Module
+from torch.nn.modules.batchnorm import _BatchNorm
 
+from ogmkit.base.names import unknown
 from ogmkit.errors import SettingsError, TrainingError
 from ogmkit.grid import GridSpec
 from ogmkit.learn.models.gaussian import Gaussians
@@ -20,6 +22,8 @@ from ogmkit.samples.spec import SampleSpec
 Batch = dict[str, Tensor]
 Answer = dict[str, Tensor]
 
+_PART_DEPTH = 2
+"""Parts that messages list are no deeper than that."""
 _STEP_STRIDE = 1_000_003
 """Spreads (seed, epoch, batch) over the generator's seeds; a prime, so that few of them meet."""
 
@@ -57,18 +61,21 @@ class System(LightningModule):
         score_sign: 1 where more of it is better, −1 where less is.
         has_bev: whether it predicts BEV masks.
         plans: whether it plans: its samples are sequences then.
+        prepare_rounds: how often `prepare` sees each training sample, where augmentation moves it.
     """
 
     score_name: ClassVar[str]
     score_sign: ClassVar[int] = 1
     has_bev: ClassVar[bool] = True
     plans: ClassVar[bool] = False
+    prepare_rounds: ClassVar[int] = 1
 
     def __init__(self, settings: TrainSettings, grid: GridSpec, cameras: tuple[str, ...]) -> None:
         super().__init__()
         self.settings = settings
         self.grid = grid
         self.cameras = cameras
+        self._frozen: list[Module] = []
 
     @property
     @abstractmethod
@@ -108,8 +115,32 @@ class System(LightningModule):
         """What `prepare` reads; None for a system that learns no statistics."""
         return None
 
-    def prepare(self, samples: DataLoader[Batch]) -> None:
-        """Learn fixed statistics from the training samples, read once, before the first step."""
+    def prepare(self, samples: Iterable[Batch]) -> None:
+        """Learn fixed statistics from training samples, augmented as in training, before the first step."""
+
+    def freeze_parts(self) -> None:
+        """Take what the settings freeze out of the training.
+
+        Raises:
+            SettingsError: a part is unknown.
+        """
+        named = {name: module for name, module in self.named_modules() if name}
+        for part in self.settings.freeze:
+            found = [module for name, module in named.items() if part in (name, name.rpartition(".")[2])]
+            if not found:
+                known = sorted({name.rpartition(".")[2] for name in named if name.count(".") < _PART_DEPTH})
+                raise SettingsError(f"freeze: {unknown('part', part, known)}")
+            self._frozen += [module.requires_grad_(requires_grad=False) for module in found]
+        if self.settings.batch_norm == "kept":
+            self._frozen += [module for module in named.values() if isinstance(module, _BatchNorm)]
+        self.train(self.training)
+
+    def train(self, mode: bool = True) -> Self:
+        """As of any module; but what is frozen keeps its statistics."""
+        super().train(mode)
+        for module in self._frozen:
+            module.eval()
+        return self
 
     def training_step(self, batch: Batch, batch_idx: int) -> Tensor:
         """One step; whatever is random in it follows from seed, epoch and batch, however often resumed."""

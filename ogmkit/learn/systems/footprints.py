@@ -48,16 +48,17 @@ class FootprintSystem(MaskSystem):
 
     def truth(self, batch: Batch) -> tuple[Tensor, Tensor | None]:
         """Masks in camera view."""
-        return batch["masks"], None
+        return batch["masks"], batch.get("masks_known")
 
     def losses(self, answer: Answer, batch: Batch) -> dict[str, Tensor]:
         """Sum of two binary cross-entropies, in camera view and, where asked for, in BEV."""
         logits = answer["logits"]
-        terms = {"perception": perception_loss(logits, batch["masks"], None)}
+        losses = self.cell_loss(logits, batch["masks"])
+        terms = {"perception": perception_loss(losses, batch.get("masks_known"))}
         if self.settings.bev_loss:
             warped = warp_to_bev(logits.sigmoid(), batch["bev_from_image"], self.grid.shape)
             chances = warped.clamp(1e-6, 1 - 1e-6)
-            terms["bev"] = perception_loss(chances.logit(), batch["bev"], batch["bev_known"])
+            terms["bev"] = perception_loss(self.cell_loss(chances.logit(), batch["bev"]), batch["bev_known"])
         return terms
 
     def predict(self, batch: Batch) -> Prediction:

@@ -1,19 +1,20 @@
 """The paper's two stages in one: images → footprints → (warp) → planner (paper, Trajectory planning)."""
 
-from typing import Self
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
 
 from torch import Tensor
 
 from ogmkit.errors import SettingsError
 from ogmkit.grid import GridSpec
 from ogmkit.learn.models.footprint_net import FootprintNet
-from ogmkit.learn.models.losses import perception_loss
+from ogmkit.learn.models.losses import CellLoss, perception_loss
 from ogmkit.learn.models.recompute import recompute_blocks
 from ogmkit.learn.models.warp import warp_to_bev
 from ogmkit.learn.planner_settings import HolisticTraining, WarpedTraining
 from ogmkit.learn.systems.base import Answer, Batch, mask_panels
 from ogmkit.learn.systems.planning import PlannerSystem, pooled, pooled_size
-from ogmkit.samples.spec import SampleSpec
+from ogmkit.samples.spec import TARGETS, SampleSpec
 
 
 class _Seeing(PlannerSystem):
@@ -26,30 +27,41 @@ class _Seeing(PlannerSystem):
             raise SettingsError("masks: name the set of footprints to learn")
         super().__init__(settings, grid, cameras)
         self.perception = FootprintNet(settings.encoder, settings.encoder_weights)
+        self.cell_loss = CellLoss(settings.balance, len(TARGETS))
         if settings.checkpoint_gradients:
             recompute_blocks(self.perception.encoder)
-        if settings.freeze:
-            self.perception.requires_grad_(requires_grad=False).eval()
 
     @property
     def spec(self) -> SampleSpec:
         """Images, and the masks that the perception learns."""
         wanted = self.prediction_spec(None)
-        masks = None if self.settings.freeze else self.settings.masks
+        masks = None if self.settings.freezes_perception else self.settings.masks
         return SampleSpec(wanted.image_size, masks, wanted.homography, trajectory=True)
 
-    def train(self, mode: bool = True) -> Self:
-        """As of any module; but a frozen perception keeps its statistics."""
-        super().train(mode)
-        if self.settings.freeze:
-            self.perception.eval()
-        return self
+    @property
+    def prepare_spec(self) -> SampleSpec:
+        """Trajectories; and the masks, where their classes are weighted."""
+        if not self._weighs:
+            return super().prepare_spec
+        return replace(self.spec, image=False, homography=None)
+
+    def prepare(self, samples: Iterable[Batch]) -> None:
+        """Learn the coordinates' statistics, and weigh the classes."""
+        kept: list[Batch] = []
+        if self._weighs:
+            self.cell_loss.fit(_six_truths(batch) for batch in _trajectories(samples, kept))
+        super().prepare(kept or samples)
+
+    @property
+    def _weighs(self) -> bool:
+        return self.settings.balance == "weighted" and not self.settings.freezes_perception
 
     def losses(self, answer: Answer, batch: Batch) -> dict[str, Tensor]:
         """The motion's loss and, with its weight, the perception's over all six images."""
         terms = super().losses(answer, batch)
         if "masks" in batch:
-            found = perception_loss(answer["logits"], batch["masks"].flatten(0, 1), None)
+            masks, known = _six_truths(batch)
+            found = perception_loss(self.cell_loss(answer["logits"], masks), known)
             terms["perception"] = self.settings.perception_weight * found
         return terms
 
@@ -96,3 +108,16 @@ class HolisticCvSystem(_Seeing):
         """Masks in camera view and, pooled, as features."""
         logits = self.perception(batch["image"].flatten(0, 1))
         return {"logits": logits, "features": pooled(logits.sigmoid(), self.settings.pool)}
+
+
+def _six_truths(batch: Batch) -> tuple[Tensor, Tensor | None]:
+    """Masks of all six images, (B · 6, 2, h, w), and where they are known."""
+    known = batch["masks_known"].flatten(0, 1) if "masks_known" in batch else None
+    return batch["masks"].flatten(0, 1), known
+
+
+def _trajectories(samples: Iterable[Batch], kept: list[Batch]) -> Iterator[Batch]:
+    """The samples one after the other; of each, what a planner's statistics need is kept."""
+    for batch in samples:
+        kept.append({name: batch[name] for name in ("positions", "future")})
+        yield batch

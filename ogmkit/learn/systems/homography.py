@@ -1,11 +1,11 @@
 """The network that predicts a homography from an image (paper, Homography estimation)."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 
 import torch
 from torch import Tensor
 from torch.nn import functional
-from torch.utils.data import DataLoader
 from torchmetrics import MeanMetric
 
 from ogmkit.errors import TrainingError
@@ -33,11 +33,12 @@ class HomographySystem(System):
     score_name = "error_m"
     score_sign = -1
     has_bev = False
+    prepare_rounds = 8  # of angles, which are random
     settings: HomographyTraining
 
     def __init__(self, settings: HomographyTraining, grid: GridSpec, cameras: tuple[str, ...]) -> None:
         super().__init__(settings, grid, cameras)
-        self.code = _CODES[settings.head](len(cameras), settings.image_size)
+        self.code = _CODES[settings.head](len(cameras), settings.image_size, grid)
         self.net = HomographyNet(settings.encoder, settings.encoder_weights, self.code.size)
         self.error_m = MeanMetric()
 
@@ -53,17 +54,19 @@ class HomographySystem(System):
 
     @property
     def prepare_spec(self) -> SampleSpec:
-        """Homographies of images of this size."""
-        return self.spec
+        """Homographies of images of this size, which needn't be read."""
+        return replace(self.spec, image=False)
 
-    def prepare(self, samples: DataLoader[Batch]) -> None:
+    def prepare(self, samples: Iterable[Batch]) -> None:
         """Fix the factors of the head from the training frames."""
-        batches = [(batch["bev_from_image"], batch["camera"]) for batch in samples]
-        homographies, cameras = (torch.cat(parts) for parts in zip(*batches, strict=True))
+        batches = [(batch["bev_from_image"], batch["mirrored"], batch["camera"]) for batch in samples]
+        homographies, mirrored, cameras = (torch.cat(parts) for parts in zip(*batches, strict=True))
         for place, camera in enumerate(self.cameras):
             if not bool((cameras == place).any()):
                 raise TrainingError(f"no training frame of {camera}; leave it out, or fit homographies to it")
-        fitted = type(self.code).fit(homographies, cameras, len(self.cameras), self.settings.image_size)
+        fitted = type(self.code).fit(
+            homographies, cameras, len(self.cameras), self.settings.image_size, self.grid, mirrored
+        )
         self.code.load_state_dict(fitted.state_dict())
 
     def answer(self, batch: Batch) -> Answer:
@@ -72,7 +75,7 @@ class HomographySystem(System):
 
     def losses(self, answer: Answer, batch: Batch) -> dict[str, Tensor]:
         """L2 between codes."""
-        target = self.code.encode(batch["bev_from_image"], batch["camera"])
+        target = self.code.encode(batch["bev_from_image"], batch["camera"], batch["mirrored"])
         return {"homography": functional.mse_loss(answer["code"], target)}
 
     def predict(self, batch: Batch) -> Prediction:

@@ -53,7 +53,11 @@ class OwnGridSystem(MaskSystem):
 
     def losses(self, answer: Answer, batch: Batch) -> dict[str, Tensor]:
         """Sum of two binary cross-entropies over known cells."""
-        return {"perception": perception_loss(answer["logits"], batch["bev"], batch["bev_known"])}
+        return {"perception": perception_loss(self._cell_losses(answer, batch), batch["bev_known"])}
+
+    def _cell_losses(self, answer: Answer, batch: Batch) -> Tensor:
+        losses: Tensor = self.cell_loss(answer["logits"], batch["bev"])
+        return losses
 
     def predict(self, batch: Batch) -> Prediction:
         """Probabilities on the shards' grid."""
@@ -92,10 +96,10 @@ class VedSystem(OwnGridSystem):
 
     def losses(self, answer: Answer, batch: Batch) -> dict[str, Tensor]:
         """Of each model, its negative evidence lower bound a cell."""
+        losses = self._cell_losses(answer, batch)
         return {
             name: elbo(
-                answer["logits"][:, [channel]],
-                batch["bev"][:, [channel]],
+                losses[:, [channel]],
                 batch["bev_known"],
                 answer["mu"][:, channel],
                 answer["logvar"][:, channel],
@@ -135,7 +139,7 @@ class OftSystem(OwnGridSystem):
 
     def losses(self, answer: Answer, batch: Batch) -> dict[str, Tensor]:
         """Summed over cells, as the publication has it: its learning rate of 1e-7 belongs to sums."""
-        return {"perception": summed_perception_loss(answer["logits"], batch["bev"], batch["bev_known"])}
+        return {"perception": summed_perception_loss(self._cell_losses(answer, batch), batch["bev_known"])}
 
     def pictures(self, batch: Batch) -> tuple[Tensor, ...]:
         """The image before the cells."""

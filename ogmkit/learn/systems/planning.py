@@ -1,12 +1,12 @@
 """Systems that plan from the past alone, from images, or from true masks (paper, Trajectory planning)."""
 
 from abc import abstractmethod
+from collections.abc import Iterable
 from typing import ClassVar
 
 import torch
 from torch import Tensor
 from torch.nn import functional
-from torch.utils.data import DataLoader
 from torchmetrics import MeanMetric
 
 from ogmkit.grid import GridSpec
@@ -58,7 +58,7 @@ class PlannerSystem(System):
         """Trajectories."""
         return SampleSpec(trajectory=True)
 
-    def prepare(self, samples: DataLoader[Batch]) -> None:
+    def prepare(self, samples: Iterable[Batch]) -> None:
         """Learn the coordinates' means and spreads."""
         batches = [(batch["positions"], batch["future"]) for batch in samples]
         positions, future = (torch.cat(parts) for parts in zip(*batches, strict=True))

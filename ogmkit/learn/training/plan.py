@@ -52,13 +52,13 @@ def plan_training(
         ShardError: shards lack what the system learns from.
         TrainingError: a split is empty.
         OutputError: `run` holds something else, or a training with other settings or scenes.
-        CheckpointError: the perception to start from is missing.
+        CheckpointError: a run to start from is missing.
     """
     manifest = read_manifest(shards)
     full = completed(settings, shards, manifest)
     scenes = _scenes(full, manifest, split_file)
-    if isinstance(full, HolisticTraining) and full.perception is not None:
-        checkpoint_file(Path(full.perception))
+    for path in full.runs_read.values():
+        checkpoint_file(Path(path))
     _require_made(full, shards, manifest, scenes)
     if not overwrite:
         require_resumable(run, full, scenes)
@@ -104,7 +104,7 @@ def _require_made(
 def _needs(settings: TrainSettings) -> Iterator[SampleSpec]:
     """What samples need of the shards, as far as the settings say."""
     image_size = settings.image_size if isinstance(settings, ImageTraining) else None
-    frozen = isinstance(settings, HolisticTraining) and settings.freeze
+    frozen = isinstance(settings, HolisticTraining) and settings.freezes_perception
     masks = None if frozen else settings.masks_learnt
     needs = SampleSpec(image_size, masks, lidar=entry_of(settings.system).inputs == "lidar")
     yield needs

@@ -96,6 +96,7 @@ def train(
     with _quiet(), listening(None) if _helps() else nullcontext():
         seed_everything(full.seed, verbose=False)
         system = build_system(full, plan.grid, full.cameras)
+        system.freeze_parts()
         data = _data(full, shards, plan.scenes, system)
         folder = open_folder(run, full, plan.scenes, overwrite=overwrite)
         with nullcontext() if _helps() else folder:
@@ -119,15 +120,15 @@ def _data(
 ) -> ShardDataModule:
     train_scenes, val_scenes = scenes.values()
     augmentation = (
-        Augmentation(settings.colour, settings.flip, settings.crop)
+        Augmentation(settings.colour, settings.flip, settings.pitch_deg, settings.roll_deg)
         if isinstance(settings, ImageTraining)
-        else Augmentation(0, settings.flip, 0)
+        else Augmentation(0, settings.flip)
     )
     loading = Loading(
         settings.batch_size,
         settings.workers,
         settings.seed,
-        None if augmentation == Augmentation(0, 0, 0) else augmentation,
+        None if augmentation == Augmentation(0, 0) else augmentation,
     )
     return ShardDataModule(
         shards,
@@ -171,7 +172,7 @@ def _begin(system: System, data: ShardDataModule) -> None:
     warm_start(system)
     if system.prepare_spec is not None:
         tell(Waiting("reading the training samples once, for their statistics"))
-        system.prepare(data.plain_train_dataloader(system.prepare_spec))
+        system.prepare(data.statistics(system.prepare_spec, system.prepare_rounds))
 
 
 def _trainer(settings: TrainSettings, run: Path, step: int, callbacks: list[Callback]) -> Trainer:

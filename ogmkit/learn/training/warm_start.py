@@ -1,8 +1,12 @@
-"""Beginning a holistic planner with the perception that a run of footprints has learnt."""
+"""Starting from what another run has learnt: all that fits, or the perception of a holistic planner."""
 
+from collections import Counter
+from collections.abc import Collection
 from pathlib import Path
 
 from ogmkit.base.differences import differences
+from ogmkit.base.names import with_number
+from ogmkit.base.news import Passed, tell
 from ogmkit.errors import CheckpointError, SettingsError
 from ogmkit.grid import GridSpec
 from ogmkit.learn.checkpoints import Card, read_checkpoint
@@ -14,6 +18,8 @@ from ogmkit.learn.systems.base import System
 
 _THERE, _HERE = "net.", "perception."
 """What names of the weights begin with in the run of footprints, and in the planner."""
+_SHOWN = 4
+"""Modules that a line names."""
 
 
 def require_perception(settings: TrainSettings, grid: GridSpec) -> TrainSettings:
@@ -38,12 +44,16 @@ def require_perception(settings: TrainSettings, grid: GridSpec) -> TrainSettings
 
 
 def warm_start(system: System) -> None:
-    """Copy the perception's weights into a fresh system, where its settings name a run.
+    """Copy weights into a fresh system, where its settings name runs.
+
+    Statistics that `System.prepare` learns from the training samples are replaced there.
 
     Raises:
-        CheckpointError: the run is gone or damaged, or its weights don't fit.
+        CheckpointError: a run is gone or damaged, or its weights don't fit.
     """
     settings = system.settings
+    if settings.init is not None:
+        _start_from(system, Path(settings.init))
     if not isinstance(settings, HolisticTraining) or settings.perception is None:
         return
     file = checkpoint_file(Path(settings.perception))
@@ -60,6 +70,31 @@ def warm_start(system: System) -> None:
     if missing or unfilled.unexpected_keys:
         name = (missing or unfilled.unexpected_keys)[0]
         raise CheckpointError(f"{file}: its weights don't fit ({name}); train footprints again")
+
+
+def _start_from(system: System, run: Path) -> None:
+    """Take what has the same name and shape, and say what that is."""
+    card, content = read_checkpoint(checkpoint_file(run))
+    own, found = system.state_dict(), content["state_dict"]
+    fitting = {name: value for name, value in found.items() if name in own and own[name].shape == value.shape}
+    there = card.settings.system
+    if not fitting:
+        raise CheckpointError(
+            f"{run}: no weight of {there} fits this {system.settings.system}; choose another run"
+        )
+    system.load_state_dict(fitting, strict=False)
+    told = [f"{len(fitting)} of {len(own)} tensors from {run} ({there})"]
+    told += _named("not there", own.keys() - fitting.keys())
+    told += _named("not used", found.keys() - fitting.keys())
+    tell(Passed("; ".join(told)))
+
+
+def _named(what: str, names: Collection[str]) -> list[str]:
+    """`not there: net.head (2 tensors), …` by module; nothing of no names."""
+    counts = Counter(name.rpartition(".")[0] or name for name in names)
+    shown = [f"{module} ({with_number(count, 'tensor')})" for module, count in sorted(counts.items())]
+    more = [f"{len(shown) - _SHOWN} more modules"] if len(shown) > _SHOWN else []
+    return [f"{what}: {', '.join([*shown[:_SHOWN], *more])}"] if shown else []
 
 
 def _require_fit(path: str, card: Card, settings: HolisticTraining, grid: GridSpec) -> None:

@@ -36,6 +36,7 @@ SHAPES = {
     "trajectory_valid": (),
     "camera": (),
     "index": (),
+    "mirrored": (),
 }
 
 
@@ -62,7 +63,10 @@ def test_a_whole_sample(make):
 
     assert {name: tuple(value.shape) for name, value in sample.items()} == SHAPES
     kinds = {torch.float64: {"bev_from_image", "intrinsics", "level_from_camera"}}
-    kinds |= {torch.bool: {"homography_valid", "trajectory_valid"}, torch.int64: {"camera", "index"}}
+    kinds |= {
+        torch.bool: {"homography_valid", "trajectory_valid", "mirrored"},
+        torch.int64: {"camera", "index"},
+    }
     kinds |= {torch.float32: set(SHAPES) - set.union(*kinds.values())}
     assert all(sample[name].dtype == kind for kind, names in kinds.items() for name in names)
     assert 0 <= sample["image"].min() < sample["image"].max() <= 1
@@ -83,7 +87,7 @@ def test_a_whole_sample(make):
     ids=lambda value: "+".join(sorted(value)) if isinstance(value, set) else "",
 )
 def test_only_what_is_asked_for(make, spec, names):
-    assert set(make(spec)[0]) == names | {"camera", "index"}
+    assert set(make(spec)[0]) == names | {"camera", "index", "mirrored"}
 
 
 def test_several_cameras_and_names(make, sample_shards):

@@ -43,7 +43,7 @@ def sample(make_homography):
 @given(seed=st.integers(0, 2**32 - 1))
 def test_homographies_come_back(kind, sample, seed):
     matrices, camera = sample(seed)
-    code = kind.fit(matrices, camera, len(VIEWS), SIZE)
+    code = kind.fit(matrices, camera, len(VIEWS), SIZE, GRID)
     encoded = code.encode(matrices, camera)
     assert encoded.dtype == torch.float32
     assert encoded.shape == (len(matrices), code.size)
@@ -58,7 +58,7 @@ def test_homographies_come_back(kind, sample, seed):
 @pytest.mark.parametrize("kind", CODES)
 def test_codes_of_the_training_split_are_standard(kind, sample):
     matrices, camera = sample(5, 200)
-    encoded = kind.fit(matrices, camera, len(VIEWS), SIZE).encode(matrices, camera)
+    encoded = kind.fit(matrices, camera, len(VIEWS), SIZE, GRID).encode(matrices, camera)
     for which in range(len(VIEWS)):
         codes = encoded[camera == which]
         torch.testing.assert_close(codes.mean(0), torch.zeros(codes.shape[1]), atol=1e-4, rtol=0)
@@ -71,7 +71,7 @@ def test_codes_of_the_training_split_are_standard(kind, sample):
 def test_what_never_varies_is_not_blown_up(kind, make_homography):
     matrix = torch.from_numpy(make_homography(GRID, SIZE, pitch=1))[None]
     camera = torch.zeros(5, dtype=torch.int64)
-    code = kind.fit(matrix.expand(5, 3, 3), camera, 1, SIZE)
+    code = kind.fit(matrix.expand(5, 3, 3), camera, 1, SIZE, GRID)
     torch.testing.assert_close(code.encode(matrix, camera[:1]), torch.zeros(1, code.size))
     # A network's answer that is off by a tenth moves the ground 10 m ahead by some centimetres.
     ground = torch.from_numpy(np.array([[300.0, 883.0, 1.0]])) @ torch.linalg.inv(matrix[0]).T
@@ -84,7 +84,7 @@ def test_entries_are_worked_out_by_hand():
     first = torch.tensor([[-1.0, 2, 30], [0, 4, 50], [0, 0.02, -1]], dtype=torch.float64)
     second = torch.tensor([[-3.0, 2, 10], [0, 8, 50], [0, 0.04, -1]], dtype=torch.float64)
     camera = torch.zeros(2, dtype=torch.int64)
-    code = EntriesCode.fit(torch.stack([first, 2 * second]), camera, 1, (100, 200))
+    code = EntriesCode.fit(torch.stack([first, 2 * second]), camera, 1, (100, 200), GRID)
     encoded = code.encode(first[None], camera[:1])[0].reshape(3, 3)
     # Mean −2, deviation 1; constants stay at 0, also the zeros among them.
     torch.testing.assert_close(encoded[0], torch.tensor([1.0, 0.0, 1.0]))
@@ -97,7 +97,7 @@ def test_entries_are_worked_out_by_hand():
 
 def test_four_points_lie_where_the_mean_homography_sees_them(sample):
     matrices, camera = sample(1)
-    code = FourPointCode.fit(matrices, camera, len(VIEWS), SIZE)
+    code = FourPointCode.fit(matrices, camera, len(VIEWS), SIZE, GRID)
     mean = matrices[camera == 1].mean(0)
     pixels, w = apply(torch.linalg.inv(mean)[None], code.places_bev[1])
     assert (w > 0).all()
@@ -122,7 +122,7 @@ def test_four_points_are_where_homographies_are_steady(make_homography):
     moved = pixels.repeat(9, 1, 1)
     moved[:, 2:] += torch.randn(9, 2, 2, dtype=torch.float64) * 0.5
     matrices = through_four_points(moved, still.expand(9, 4, 2))
-    code = FourPointCode.fit(matrices, torch.zeros(9, dtype=torch.int64), 1, SIZE)
+    code = FourPointCode.fit(matrices, torch.zeros(9, dtype=torch.int64), 1, SIZE, GRID)
     assert code.places_bev[0, :2, 1].max() < 920  # 8 m ahead; 95 % of the height would be 5 m
     assert code.scale_px.max() < 5
 
@@ -136,7 +136,7 @@ def test_four_points_go_lower_where_a_frame_sees_no_ground(make_homography):
     high, low = (torch.from_numpy(make_homography(GRID, SIZE, pitch=pitch)) for pitch in (-3.0, -12.0))
     assert 0.72 * 179 < horizon_row(low) < 0.9 * 179
     matrices, camera = torch.stack([high, high, low]), torch.zeros(3, dtype=torch.int64)
-    code = FourPointCode.fit(matrices, camera, 1, SIZE)
+    code = FourPointCode.fit(matrices, camera, 1, SIZE, GRID)
     decoded = code.decode(code.encode(matrices, camera), camera)
     torch.testing.assert_close(decoded, matrices, rtol=1e-4, atol=1e-4)
 
@@ -144,14 +144,14 @@ def test_four_points_go_lower_where_a_frame_sees_no_ground(make_homography):
 def test_four_points_need_ground_near_the_bottom(make_homography):
     up = torch.from_numpy(make_homography(GRID, SIZE, pitch=-25))[None]
     with pytest.raises(TrainingError, match="regress entries"):
-        FourPointCode.fit(up, torch.zeros(1, dtype=torch.int64), 1, SIZE)
+        FourPointCode.fit(up, torch.zeros(1, dtype=torch.int64), 1, SIZE, GRID)
 
 
 @pytest.mark.parametrize("kind", CODES)
 def test_state_dictionaries_restore_a_code(kind, sample):
     matrices, camera = sample(2)
-    fitted = kind.fit(matrices, camera, len(VIEWS), SIZE)
-    empty = kind(len(VIEWS), SIZE)
+    fitted = kind.fit(matrices, camera, len(VIEWS), SIZE, GRID)
+    empty = kind(len(VIEWS), SIZE, GRID)
     assert empty.decode(torch.zeros(1, empty.size), camera[:1]).isnan().all()
     empty.load_state_dict(fitted.state_dict())
     assert torch.equal(empty.encode(matrices, camera), fitted.encode(matrices, camera))
@@ -161,7 +161,7 @@ def test_state_dictionaries_restore_a_code(kind, sample):
 @pytest.mark.parametrize("index", [-1, 2])
 def test_unknown_cameras_are_refused(kind, sample, index):
     matrices, camera = sample(3)
-    code = kind.fit(matrices, camera, len(VIEWS), SIZE)
+    code = kind.fit(matrices, camera, len(VIEWS), SIZE, GRID)
     unknown = torch.tensor([0, index])
     with pytest.raises(SettingsError, match=str(index)):
         code.encode(matrices[:2], unknown)
@@ -174,15 +174,15 @@ def test_a_camera_without_a_valid_homography_is_refused(kind, sample):
     matrices, camera = sample(4)
     broken = torch.where((camera == 1)[:, None, None], torch.nan, matrices)
     with pytest.raises(TrainingError, match="camera 1"):
-        kind.fit(broken, camera, len(VIEWS), SIZE)
+        kind.fit(broken, camera, len(VIEWS), SIZE, GRID)
 
 
 @pytest.mark.parametrize("kind", CODES)
 def test_invalid_homographies_do_not_count_and_give_nan(kind, sample):
     matrices, camera = sample(4)
     more = torch.cat([matrices, torch.full((1, 3, 3), torch.nan, dtype=torch.float64)])
-    code = kind.fit(more, torch.cat([camera, camera[:1]]), len(VIEWS), SIZE)
-    expected = kind.fit(matrices, camera, len(VIEWS), SIZE)
+    code = kind.fit(more, torch.cat([camera, camera[:1]]), len(VIEWS), SIZE, GRID)
+    expected = kind.fit(matrices, camera, len(VIEWS), SIZE, GRID)
     for name, value in code.state_dict().items():
         assert torch.equal(value, expected.state_dict()[name])
     assert code.encode(more[-1:], camera[:1]).isnan().all()
@@ -190,7 +190,7 @@ def test_invalid_homographies_do_not_count_and_give_nan(kind, sample):
 
 def test_four_points_on_a_line_decode_to_nan(sample):
     matrices, camera = sample(6)
-    code = FourPointCode.fit(matrices, camera, len(VIEWS), SIZE)
+    code = FourPointCode.fit(matrices, camera, len(VIEWS), SIZE, GRID)
     line = torch.tensor([[50.0, 100.0], [90.0, 120.0], [130.0, 140.0], [60.0, 170.0]])
     codes = torch.stack([((line - code.mean_px[0]) / code.scale_px[0]).flatten(), torch.zeros(8)]).float()
     decoded = code.decode(codes, torch.tensor([0, 0]))

@@ -66,7 +66,7 @@ def homography_run(tmp_path_factory, make_run, learn_shards):
                     cameras += [place] * len(rows[-1])
         shrunk = np.diag([160 / 96, 90 / 64, 1])
         matrices = torch.from_numpy(np.concatenate(rows) @ shrunk)
-        fitted = type(net.code).fit(matrices, torch.tensor(cameras), 2, net.settings.image_size)
+        fitted = type(net.code).fit(matrices, torch.tensor(cameras), 2, net.settings.image_size, GRID)
         net.code.load_state_dict(fitted.state_dict())
         torch.nn.init.normal_(net.net.layers[-1].weight, std=10.0)
 

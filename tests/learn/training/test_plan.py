@@ -43,11 +43,11 @@ def test_what_shards_lack_is_told(learn_shards, tmp_path, system, values, error,
 def test_a_frozen_perception_needs_no_masks(learn_shards, tmp_path):
     (tmp_path / "perception.ckpt").touch()
     settings = CATALOGUE["holistic-cv"].settings(
-        masks="dlt", perception=str(tmp_path / "perception.ckpt"), freeze=True
+        masks="dlt", perception=str(tmp_path / "perception.ckpt"), freeze=("perception",)
     )
-    assert plan_training(settings, learn_shards, tmp_path / "run").settings.freeze
+    assert plan_training(settings, learn_shards, tmp_path / "run").settings.freezes_perception
     with pytest.raises(ShardError, match="dlt"):
-        plan_training(replace(settings, freeze=False), learn_shards, tmp_path / "run")
+        plan_training(replace(settings, freeze=()), learn_shards, tmp_path / "run")
 
 
 def test_a_folder_with_other_settings_is_refused_unless_it_is_to_be_overwritten(learn_shards, tmp_path):

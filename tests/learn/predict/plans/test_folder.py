@@ -184,7 +184,9 @@ def test_a_network_s_homographies_lead_to_the_plane(
         matrices = torch.from_numpy(geometry["homography/surface/bev_from_image"]) @ torch.diag(
             torch.tensor([160 / 96, 90 / 64, 1.0], dtype=torch.float64)
         )
-        fitted = type(net.code).fit(matrices, torch.zeros(6, dtype=torch.int64), 1, net.settings.image_size)
+        fitted = type(net.code).fit(
+            matrices, torch.zeros(6, dtype=torch.int64), 1, net.settings.image_size, GRID
+        )
         net.code.load_state_dict(fitted.state_dict())
         torch.nn.init.normal_(net.net.layers[-1].weight, std=1.0)
 
