@@ -82,7 +82,13 @@ class TrainSettings:
         high=1024,
     )
     devices: int | None = setting(
-        None, "Number of GPUs, or of processes on a machine without one.", "Run", low=1, high=1024, unset="1"
+        None,
+        "Number of GPUs, or of processes on a machine without one; batch size and BatchNorm's statistics are "
+        "each one's, so that a step takes so many batches, at the same learning rate.",
+        "Run",
+        low=1,
+        high=1024,
+        unset="1",
     )
     precision: Precision = setting("32-true", "Precision of the arithmetic.", "Run")
     checkpoint_every: int = setting(
