@@ -5,12 +5,11 @@ The world, the sizes and the epochs are constants below; they fit two cores. The
 planner is better where.
 """
 
-import json
 import sys
 import time
 from pathlib import Path
 
-from commands import ogmkit, told, train_all
+from commands import divide, ogmkit, told, train_all
 from planning_pairs import pairs_table
 
 from ogmkit.evaluation.formats import as_markdown
@@ -18,13 +17,12 @@ from ogmkit.evaluation.planning.evaluate import evaluate_plans
 from ogmkit.evaluation.planning.sequences import sequences_of
 from ogmkit.evaluation.settings import EvaluateSettings
 from ogmkit.learn.predict.run import open_run
-from ogmkit.shards.manifest import read_manifest
 
 CAMERA = "CAM_FRONT"
 SCENES, FRAMES, SEED = 176, 40, 23
 VAL, TEST = 8, 24  # scenes that choose the best checkpoint, and that the table is about
 WORLD = ["--num-scenes", SCENES, "--frames", FRAMES, "--seed", SEED, "--relief", 2, "--camera", CAMERA]
-WORLD += ["--incidents", "--no-lidar", "--image-size", "180x320"]
+WORLD += ["--incidents", "--no-lidar", "--image-size", "180x320", "--scenes-per-log", 1]
 GRID = ["--cell-size", 0.5, "--rows", 80, "--columns", 48, "--ego-row", 80, "--ego-column", 24]
 COMMON = ["--workers", 0, "--flip", 0.5, "--optimizer", "adamw", "--schedule", "cosine"]
 IMAGES = ["--image-size", "64x128", "--encoder", "resnet18"]
@@ -73,10 +71,7 @@ def main():
     folder.mkdir(parents=True, exist_ok=True)
     started = time.monotonic()
     shards = make_shards(folder)
-    splits = folder / "splits.json"
-    names = [entry.scene for entry in read_manifest(shards).shards]
-    train, held_out = names[: -VAL - TEST], names[-VAL - TEST :]
-    splits.write_text(json.dumps({"train": train, "val": held_out[:VAL], "test": held_out[VAL:]}))
+    splits, _ = divide(folder, shards, VAL, TEST)
     from_past, from_masks, from_images = past_planners(), mask_planners(), image_planners(folder)
     homography = {"homography": ["homography", *STAGE_1, "--lr", 5e-4]}
     seconds = train_all(folder, shards, splits, homography | from_past)
@@ -86,8 +81,8 @@ def main():
     seconds |= train_all(folder, shards, splits, footprints | from_masks)
     seconds |= train_all(folder, shards, splits, from_images)
     runs = [folder / name for name in {**from_images, **from_past, **from_masks}]
-    sequences = sequences_of(shards, split="test", split_file=splits, cameras=(), limit=None)
-    settings = EvaluateSettings(split="test", samples=len(sequences))
+    sequences = sequences_of(shards, split=None, split_file=splits, cameras=(), limit=None)
+    settings = EvaluateSettings(samples=len(sequences))
     found = evaluate_plans(shards, [open_run(run) for run in runs], settings, split_file=splits)
     print(as_markdown(found))
     print(f"\n{pairs_table(sequences, found.samples)}")

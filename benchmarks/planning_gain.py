@@ -6,7 +6,6 @@ ahead: its gap and its last four speeds; up to three that stand near the way). W
 planner that sees masks has to reach, but it shows that there is something to see.
 """
 
-import json
 import sys
 from pathlib import Path
 
@@ -16,6 +15,8 @@ from torch import nn
 
 from ogmkit.samples.index import index_sequences
 from ogmkit.samples.spec import SampleSpec
+from ogmkit.samples.splits import divide_scenes
+from ogmkit.shards.manifest import read_manifest
 from ogmkit.shards.reader import Shard
 
 CAMERA = "CAM_FRONT"
@@ -134,8 +135,9 @@ def errors_m(train, test, *, is_told, seed):
 def main():
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".bench/planning").resolve()
     torch.set_num_threads(1)
-    splits = json.loads((folder / "splits.json").read_text(encoding="utf-8"))
-    train, test = (read(folder / "shards", splits[split]) for split in ("train", "test"))
+    shards = folder / "shards"
+    division = divide_scenes(shards, read_manifest(shards), split_file=folder / "splits.json")
+    train, test = (read(shards, scenes) for scenes in (division.train, division.test))
     train = [np.concatenate(both) for both in zip(train, mirrored(*train), strict=True)]
     print(
         "Metres, mean up to 2.5 s:\n\n| told | ADE | longitudinal | lateral |\n| --- | ---: | ---: | ---: |"

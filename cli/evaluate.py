@@ -107,6 +107,9 @@ def command(
     go to the first table, as do the rows that need no RUN; planners to the second. 95 % intervals come from
     resampling scenes, and need more than one.
 
+    Reported are the scenes of split test. Without boxes there, val is reported, and `ogmkit train` chooses
+    its checkpoint by some logs of train; where train has too few, val does both, and a line says so.
+
     Grids: IoU of drivable area and vehicles; in camera view, where a system has one, and in BEV: full, close
     (up to 50 m ahead, 10 m to each side) and far (over 50 m ahead). The table has the foreground's IoU over
     all cells; --all adds intervals, its mean with the background's, cells in the field of view only, and how
@@ -115,7 +118,7 @@ def command(
     \b
     Rows that need no RUN, below the others:
     all-drivable       drivable everywhere, vehicles nowhere
-    mean-map           the mean of the split train, by camera
+    mean-map           the mean of the scenes to learn from, by camera
     ceiling-SOURCE     true footprints warped by a homography: the error of the homography alone
     ceiling-full-body  true whole bodies warped likewise: the error of the stretch alone
 
@@ -132,9 +135,9 @@ def command(
     """  # noqa: D301  # Click wants the character
     if pictures is not None and not runs:
         raise click.UsageError("--pictures needs a RUN.")
-    from ogmkit.evaluation.scope import evaluated_splits
+    from ogmkit.evaluation.scope import reported_scenes
 
-    evaluated_splits(shards, settings.split, split_file)  # before torch, which takes its time
+    reported_scenes(shards, settings.split, split_file)  # before torch, which takes its time
     opened = _tabled(shards, open_runs(runs))
     grids, planners = ([run for run in opened if run.output == output] for output in ("grids", "plan"))
     if grids and planners and form in ROWS:

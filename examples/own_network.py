@@ -14,7 +14,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from ogmkit import ShardFolder, split_scenes
+from ogmkit import ShardFolder, divide_scenes
 from ogmkit.torch import BatchLoader, EpochBatches, FrameDataset, SampleSpec, index_frames, loader
 
 
@@ -40,15 +40,16 @@ def iou(network: nn.Module, samples: BatchLoader) -> Tensor:
 
 
 def main(shards: Path, epochs: int) -> None:
-    """Train on the scenes of the split train, score on those of val."""
+    """Train on the scenes to learn from, score on those to choose by; a division's others are to report."""
     folder = ShardFolder(shards)
-    splits, grid = split_scenes(folder.manifest), folder.grid
+    division, grid = divide_scenes(shards, folder.manifest), folder.grid
     # What samples hold: images of one size, and the truth on cells of at most 1 m, made of the shards' cells.
     cells = range(1, 1 + int(1 / grid.m_per_cell))
     factor = max((n for n in cells if grid.rows % n == grid.columns % n == 0), default=1)
     spec = SampleSpec(image_size=(96, 160), bev_cell_m=factor * grid.m_per_cell, bev=True)
     train, val = (
-        FrameDataset(index_frames(shards, splits[name], [], needs=spec), spec) for name in ("train", "val")
+        FrameDataset(index_frames(shards, scenes, [], needs=spec), spec)
+        for scenes in (division.train, division.val)
     )
     order = EpochBatches(len(train), 8, seed=0, shuffle=True)
     batches = loader(train, order, workers=0)  # more workers read ahead

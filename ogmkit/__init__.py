@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from ogmkit.pipeline.sources import RecordDataset
     from ogmkit.samples.index import FrameIndex, index_frames, index_sequences
     from ogmkit.samples.spec import SampleSpec
-    from ogmkit.samples.splits import split_scenes
+    from ogmkit.samples.splits import Division, divide_scenes, split_scenes
     from ogmkit.shards.folder import ShardFolder
     from ogmkit.shards.reader import Shard
     from ogmkit.shards.settings import ExtractSettings
@@ -59,7 +59,7 @@ _HOMES = {
     "pipeline.sources": ("RecordDataset",),
     "samples.index": ("FrameIndex", "index_frames", "index_sequences"),
     "samples.spec": ("SampleSpec",),
-    "samples.splits": ("split_scenes",),
+    "samples.splits": ("Division", "divide_scenes", "split_scenes"),
     "shards.folder": ("ShardFolder",),
     "shards.reader": ("Shard",),
     "shards.settings": ("ExtractSettings",),
@@ -72,6 +72,7 @@ _HOMES = {
 __all__ = [
     "Boxes",
     "Dataset",
+    "Division",
     "Estimate",
     "Execution",
     "ExtractSettings",
@@ -92,6 +93,7 @@ __all__ = [
     "ShardFolder",
     "TargetSettings",
     "displacement_errors",
+    "divide_scenes",
     "extract",
     "fit_shards",
     "frame_targets",

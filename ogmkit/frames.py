@@ -145,12 +145,14 @@ class SceneRecord:
         location: the map's name.
         cameras: channel name → that camera's frames.
         left_out: channel name → frames that are not among them, in temporal order; no entry where none is.
+        log: token of the drive that the scene is cut from; empty where it is not known.
     """
 
     name: str
     location: str
     cameras: dict[str, tuple[FrameRecord, ...]]
     left_out: dict[str, tuple[LeftOutFrame, ...]] = field(default_factory=dict)
+    log: str = ""
 
 
 def neighbours(

@@ -4,6 +4,7 @@ import hashlib
 import json
 import os
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import hypothesis
@@ -99,6 +100,35 @@ def make_plan_shards(extract_all):
 def plan_shards(shared_folder, make_plan_shards):
     """Such shards of two scenes (train, val) with four sequences each; tests only read them."""
     return shared_folder("plans", lambda folder: make_plan_shards(folder, 2, 16)) / "out"
+
+
+@pytest.fixture(scope="session")
+def copy_scenes():
+    """A folder of scenes, all copies of a folder's first: `copy_scenes(source, out, {scene: (split, log)})`.
+
+    A scene whose log is empty doesn't say which it is of, as shards of earlier versions. Returns `out`.
+    """
+    import h5py
+
+    from ogmkit.shards.manifest import read_manifest, write_manifest
+
+    def copy(source, out, scenes):
+        manifest, entries = read_manifest(source), []
+        out.mkdir(parents=True)
+        for scene, (split, log) in scenes.items():
+            path = out / f"{scene}.h5"
+            shutil.copy(source / manifest.shards[0].file, path)
+            with h5py.File(path, "r+") as h5:
+                h5.attrs["scene"] = scene
+                h5.attrs.pop("log", None)
+                if log:
+                    h5.attrs["log"] = log
+            named = {"scene": scene, "file": path.name, "splits": (split,), "bytes": path.stat().st_size}
+            entries.append(replace(manifest.shards[0], **named))
+        write_manifest(out, replace(manifest, shards=tuple(entries)))
+        return out
+
+    return copy
 
 
 @pytest.fixture(scope="session")

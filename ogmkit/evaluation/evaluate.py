@@ -10,10 +10,12 @@ from ogmkit.evaluation.entrants import Entrant, entrants_of
 from ogmkit.evaluation.progress import Progress, spread, ticker
 from ogmkit.evaluation.result import Evaluation
 from ogmkit.evaluation.runs import OpenRun
-from ogmkit.evaluation.scope import TRAINING, Scope, scope_of
+from ogmkit.evaluation.scope import Scope, scope_of
 from ogmkit.evaluation.scoring import Scored, Scorer
+from ogmkit.evaluation.seen import seen_by
 from ogmkit.evaluation.settings import EvaluateSettings
 from ogmkit.metrics.bootstrap import interval_notes
+from ogmkit.samples.splits import TRAIN
 
 
 def evaluate(
@@ -34,7 +36,7 @@ def evaluate(
     Args:
         shards: a folder that an extraction finished.
         runs: of systems that predict grids, as `ogmkit.learn.predict.run.open_run` gives them.
-        settings: how they are scored; the mean map comes from the split `train`.
+        settings: how they are scored; the mean map comes from the scenes to learn from.
         split_file: a JSON file of split → scene names instead of the manifest's splits.
         cameras: channels; none means all.
         ceilings: the sources that get a row of true footprints warped by them; None means all that all
@@ -63,6 +65,7 @@ def evaluate(
     warped = Ceilings(scope.sources, scope.homography, chosen.scale)
     fixed = (ALL_DRIVABLE, *((MEAN_MAP,) if training else ()), *warped.names)
     entrants = entrants_of(runs, scope, fixed)
+    seen = seen_by({one.name: one.run.checkpoint for one in entrants}, scope.scenes)
     tell(Found(f"{scope.index.counted('frame')}; {with_number(len(entrants), 'run')}"))
     tick = ticker(on_progress, training + len(scope.index) * (len(entrants) + 1))
     scorer = Scorer(scope, chosen.threshold, tick)
@@ -79,7 +82,7 @@ def evaluate(
     ]
     tallies = (*(one.tally for one in scored), *for_free)
     return Evaluation(
-        split=chosen.split,
+        split=scope.split,
         scenes=len(scope.scenes),
         frames=len(scope.index),
         cameras=scope.index.cameras,
@@ -90,8 +93,10 @@ def evaluate(
         systems=tuple(entrant.name for entrant in entrants),
         fixed=fixed,
         figures=tuple(figure for tally in tallies for figure in tally.figures()),
-        notes=(*map(_run_note, entrants, scored), *_notes(scope)),
+        notes=(*map(_run_note, entrants, scored), *seen.notes(), *_notes(scope)),
         samples=tuple(sample for one in scored for sample in one.samples),
+        chosen_on_reported=tuple(seen.chosen),
+        learnt_from_reported=tuple(seen.learnt),
     )
 
 
@@ -103,7 +108,8 @@ def _run_note(entrant: Entrant, scored: Scored) -> str:
 
 def _notes(scope: Scope) -> list[str]:
     """What is to be known of the frames."""
-    notes = [*interval_notes(len(scope.scenes))]
+    notes = [scope.note] if scope.note else []
+    notes += interval_notes(len(scope.scenes))
     notes += [
         f"{count} of {len(scope.index)} frames have no valid {source} homography: predicted empty there"
         for source, count in scope.invalid.items()
@@ -112,7 +118,7 @@ def _notes(scope: Scope) -> list[str]:
     if not scope.invalid:
         notes.append("no ceilings: the shards have no homographies")
     if scope.training is None:
-        notes.append(f"no {MEAN_MAP}: there is no split {TRAINING!r} to take it from")
+        notes.append(f"no {MEAN_MAP}: there is no split {TRAIN!r} to take it from")
     elif {*scope.training.scenes} & {*scope.scenes}:
         notes.append(f"{MEAN_MAP} has seen scenes of this split")
     return notes

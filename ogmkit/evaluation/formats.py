@@ -14,6 +14,8 @@ from ogmkit.evaluation.report import iou_report
 from ogmkit.evaluation.result import Evaluation, Figure
 from ogmkit.evaluation.tables import Report, Table
 
+_SEEN = ("chosen_on_reported", "learnt_from_reported")
+"""What records say of a row besides its figures."""
 _LATEX = {
     "\\": r"\textbackslash{}",
     "&": r"\&",
@@ -45,7 +47,8 @@ def as_csv(evaluation: Evaluation | PlanEvaluation) -> str:
     """
     text = io.StringIO()
     kind = Figure if isinstance(evaluation, Evaluation) else PlanFigure
-    writer = csv.DictWriter(text, [field.name for field in fields(kind)], lineterminator="\n")
+    keys = [*(field.name for field in fields(kind)), *_SEEN]
+    writer = csv.DictWriter(text, keys, lineterminator="\n")
     writer.writeheader()
     writer.writerows(
         {key: _safe(value) if isinstance(value, str) else value for key, value in record.items()}
@@ -81,8 +84,10 @@ def as_latex(evaluation: Evaluation | PlanEvaluation, all_tables: bool = True) -
 
 
 def _records(evaluation: Evaluation | PlanEvaluation) -> Iterator[dict[str, Any]]:
+    """A record of every figure, and whether its row has seen the scenes."""
+    rows = {key: getattr(evaluation, key) for key in _SEEN}
     for figure in evaluation.figures:
-        values = asdict(figure)
+        values = asdict(figure) | {key: figure.system in names for key, names in rows.items()}
         yield {
             key: None if isinstance(value, float) and math.isnan(value) else value
             for key, value in values.items()

@@ -77,6 +77,8 @@ class Evaluation:
         figures: system by system.
         notes: sentences to be read with the tables.
         samples: kept predictions, run by run.
+        chosen_on_reported: names of the runs whose checkpoint was chosen on scenes that are reported.
+        learnt_from_reported: names of the runs that learnt from such scenes.
     """
 
     split: str
@@ -92,3 +94,5 @@ class Evaluation:
     figures: tuple[Figure, ...]
     notes: tuple[str, ...]
     samples: tuple[Sample, ...]
+    chosen_on_reported: tuple[str, ...] = ()
+    learnt_from_reported: tuple[str, ...] = ()

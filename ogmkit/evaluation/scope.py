@@ -13,15 +13,13 @@ from ogmkit.grid import GridSpec
 from ogmkit.samples.index import FrameIndex, index_frames
 from ogmkit.samples.requirements import require_drivable
 from ogmkit.samples.spec import SampleSpec
-from ogmkit.samples.splits import split_scenes
+from ogmkit.samples.splits import TEST, divide_scenes, split_scenes
 from ogmkit.shards import schema
 from ogmkit.shards.manifest import read_manifest
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.remedies import homography_command
 from ogmkit.typing import IntArray
 
-TRAINING = "train"
-"""The split that the mean map comes from."""
 PREFERRED = ("network", "surface")
 """Homographies that masks are warped by unless another is asked for; the first that there is."""
 
@@ -33,8 +31,9 @@ class Scope:
     Attributes:
         shards: the folder.
         split: the split's name.
+        note: how that differs from the shards' split of this name; empty where it doesn't.
         index: its frames.
-        training: frames of the split `train`; None where there is none.
+        training: frames of the scenes to learn from; None where there is none.
         sources: homographies to be compared.
         invalid: homography that all shards of the split have, sorted → frames without a valid one.
         homography: the source that masks are warped by; None where there is no preferred one.
@@ -42,6 +41,7 @@ class Scope:
 
     shards: Path
     split: str
+    note: str
     index: FrameIndex
     training: FrameIndex | None
     sources: tuple[str, ...]
@@ -69,10 +69,27 @@ def paths(index: FrameIndex) -> Mapping[str, Path]:
     return dict(zip(index.scenes, index.paths, strict=True))
 
 
+@dataclass(frozen=True)
+class Reported:
+    """The scenes that an evaluation is about.
+
+    Attributes:
+        split: the name of what they are for.
+        scenes: their names.
+        training: names of the scenes to learn from.
+        note: how that differs from the shards' splits of these names; empty where it doesn't.
+    """
+
+    split: str
+    scenes: tuple[str, ...]
+    training: tuple[str, ...]
+    note: str
+
+
 def scope_of(
     shards: Path,
     *,
-    split: str,
+    split: str | None,
     split_file: Path | None,
     cameras: Sequence[str],
     homography: str | None,
@@ -83,7 +100,7 @@ def scope_of(
 
     Args:
         shards: a folder that an extraction finished.
-        split: the split's name.
+        split: the split's name; None for what `divide_scenes` leaves to report.
         split_file: a JSON file of split → scene names instead of the manifest's splits.
         cameras: channels; none means all.
         homography: the source that masks are warped by; None takes the first of `PREFERRED` there is.
@@ -96,41 +113,46 @@ def scope_of(
         ShardError: a shard or the manifest is absent or damaged, or shards don't know the drivable area.
         TrainingError: the split has no frame.
     """
-    splits = evaluated_splits(shards, split, split_file)
+    reported = reported_scenes(shards, split, split_file)
     require_drivable(shards, read_manifest(shards))
-    index = index_frames(shards, splits[split], cameras, needs=SampleSpec(), limit=limit)
+    index = index_frames(shards, reported.scenes, cameras, needs=SampleSpec(), limit=limit)
     training = None
-    if splits.get(TRAINING):
-        training = index_frames(shards, splits[TRAINING], cameras, needs=SampleSpec(), limit=limit)
+    if reported.training:
+        training = index_frames(shards, reported.training, cameras, needs=SampleSpec(), limit=limit)
     invalid = invalid_homographies(index)
     for source in (homography, *(sources or ())):
         if source is not None:
-            require_homography(shards, split, invalid, source)
+            require_homography(shards, reported.split, invalid, source)
     chosen = homography or next((source for source in PREFERRED if source in invalid), None)
     compared = tuple(invalid if sources is None else sources)
-    return Scope(shards, split, index, training, compared, invalid, chosen)
+    return Scope(shards, reported.split, reported.note, index, training, compared, invalid, chosen)
 
 
-def evaluated_splits(shards: Path, split: str, split_file: Path | None) -> Mapping[str, tuple[str, ...]]:
-    """All splits' scenes, once it is clear that the one to evaluate on has some.
+def reported_scenes(shards: Path, split: str | None, split_file: Path | None) -> Reported:
+    """The scenes to evaluate on.
 
     Args:
         shards: a folder that an extraction finished.
-        split: the split's name.
+        split: the split's name; None for what `divide_scenes` leaves to report.
         split_file: a JSON file of split → scene names instead of the manifest's splits.
 
     Raises:
         SettingsError: the split is unknown or empty.
         TableError: the split file is absent or malformed.
-        ShardError: the manifest is absent or damaged.
+        ShardError: the manifest, or a shard that is looked at for its boxes or log, is absent or damaged.
     """
-    splits = split_scenes(read_manifest(shards), split_file=split_file)
-    owner = shards if split_file is None else split_file
-    if split not in splits:
-        raise SettingsError(f"{owner}: {unknown('split', split, sorted(splits))}")
-    if not splits[split]:
-        raise SettingsError(f"{owner}: split {split!r} has none of the scenes of {shards}; choose another")
-    return splits
+    manifest = read_manifest(shards)
+    division = divide_scenes(shards, manifest, split_file=split_file)
+    splits = split_scenes(manifest, split_file=split_file)
+    if division.test and (split is None or TEST not in splits):
+        splits[TEST] = division.test
+    chosen, owner = split or division.reported, split_file or shards
+    if chosen not in splits:
+        raise SettingsError(f"{owner}: {unknown('split', chosen, sorted(splits))}")
+    if not splits[chosen]:
+        raise SettingsError(f"{owner}: split {chosen!r} has none of the scenes of {shards}; choose another")
+    note = division.note if splits[chosen] == division.test else ""
+    return Reported(chosen, splits[chosen], division.train, note)
 
 
 def require_homography(shards: Path, split: str, known: Collection[str], source: str) -> None:

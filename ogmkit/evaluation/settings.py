@@ -17,7 +17,12 @@ class EvaluateSettings:
         SettingsError: a value is out of range.
     """
 
-    split: str = setting("val", "Split to evaluate on.", form="NAME")
+    split: str | None = setting(
+        None,
+        "Split to evaluate on.",
+        form="NAME",
+        unset="test where the shards have one with boxes, else val",
+    )
     homography: str | None = setting(
         None,
         "Homographies that masks in camera view are warped by.",

@@ -11,11 +11,12 @@ from ogmkit.errors import CheckpointError, OutputError
 from ogmkit.learn.settings import TrainSettings
 from ogmkit.learn.yaml_files import as_yaml, read_yaml
 from ogmkit.nuscenes.splits import read_split_file
+from ogmkit.samples.splits import TEST
 
 LAST, BEST = "last.ckpt", "best.ckpt"
 CONFIG = "config.yaml"
 SPLITS = "splits.json"
-"""The scenes of both splits, as a split file."""
+"""The scenes that were learnt from, that chose the checkpoint, and others to report, if any: a split file."""
 METRICS = "metrics.csv"
 SAMPLES = "samples.png"
 TENSORBOARD = "tensorboard"
@@ -86,6 +87,16 @@ def checkpoint_file(path: Path) -> Path:
     raise CheckpointError(f"{path}: not a checkpoint, and holds none; choose a RUN that `ogmkit train` wrote")
 
 
+def scenes_of(checkpoint: Path) -> dict[str, tuple[str, ...]]:
+    """Split → scenes of the training that a checkpoint comes from; none where its folder doesn't say.
+
+    Raises:
+        TableError: the list is damaged.
+    """
+    path = checkpoint.parent / SPLITS
+    return read_split_file(path) if path.is_file() else {}
+
+
 def _require_training(run: Path) -> bool:
     """Refuse a folder that holds something else than a training; tell whether it holds one.
 
@@ -111,8 +122,13 @@ def _require_same(run: Path, settings: TrainSettings, scenes: Mapping[str, tuple
             f"{run}: a training with other settings exists: {', '.join(different)}; "
             "use --overwrite or another --out"
         )
-    if (run / SPLITS).is_file() and read_split_file(run / SPLITS) != dict(scenes):
+    if (run / SPLITS).is_file() and _trained(read_split_file(run / SPLITS)) != _trained(scenes):
         raise OutputError(f"{run}: a training on other scenes exists; use --overwrite or another --out")
+
+
+def _trained(scenes: Mapping[str, tuple[str, ...]]) -> dict[str, tuple[str, ...]]:
+    """All scenes but those that are left to report, which may become more."""
+    return {split: names for split, names in scenes.items() if split != TEST}
 
 
 def _clear(run: Path) -> None:

@@ -30,8 +30,16 @@ class TrainSettings:
     cameras: tuple[str, ...] = setting(
         (), "Camera channel, such as CAM_FRONT.", "Data", form="CHANNEL,…", flag="--camera", unset="all"
     )
-    train_split: str = setting("train", "Split to learn from.", "Data", form="NAME")
-    val_split: str = setting("val", "Split that the best checkpoint is chosen by.", "Data", form="NAME")
+    train_split: str | None = setting(
+        None, "Split to learn from.", "Data", form="NAME", unset="train, less what val_split takes of it"
+    )
+    val_split: str | None = setting(
+        None,
+        "Split that the best checkpoint is chosen by.",
+        "Data",
+        form="NAME",
+        unset="val; where no split test has boxes, some logs of train",
+    )
     split_ratio: tuple[int, int] | None = setting(
         None,
         "Divide the scenes at random, such as 77/9; RUN/splits.json is then a --split-file.",
@@ -90,7 +98,13 @@ class TrainSettings:
         high=1024,
     )
     devices: int | None = setting(
-        None, "Number of GPUs, or of processes on a machine without one.", "Run", low=1, high=1024, unset="1"
+        None,
+        "Number of GPUs, or of processes on a machine without one; batch size and BatchNorm's statistics are "
+        "each one's, so that a step takes so many batches, at the same learning rate.",
+        "Run",
+        low=1,
+        high=1024,
+        unset="1",
     )
     precision: Precision = setting("32-true", "Precision of the arithmetic.", "Run")
     checkpoint_every: int = setting(
@@ -99,8 +113,14 @@ class TrainSettings:
 
     def __post_init__(self) -> None:
         require_stated(self)
-        if self.train_split == self.val_split:
-            raise SettingsError(f"train split and validation split are both {self.val_split!r}")
+        train, val = self.splits
+        if train == val:
+            raise SettingsError(f"train split and validation split are both {val!r}")
+
+    @property
+    def splits(self) -> tuple[str, str]:
+        """Names of the splits that it learns from and chooses the checkpoint by, as the shards have them."""
+        return self.train_split or "train", self.val_split or "val"
 
     @property
     def label(self) -> str:

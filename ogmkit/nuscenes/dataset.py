@@ -169,7 +169,7 @@ class Dataset:
             )
             for camera in cameras
         }
-        return SceneRecord(name=name, location=key.location, cameras=frames)
+        return SceneRecord(name=name, location=key.location, cameras=frames, log=key.log)
 
     def _channels(self, modality: str) -> tuple[str, ...]:
         return self._names(
@@ -188,12 +188,12 @@ class Dataset:
 
     def _scene_key(self, token: str, name: str, *, maps: bool) -> SceneKey:
         of_map = "LEFT JOIN map m ON $maps AND list_contains(m.log_tokens, s.log_token)"
-        ((location, map_path),) = self._tables.rows(
-            "SELECT l.location, coalesce(m.filename, '') FROM scene s JOIN log l ON l.token = s.log_token "
-            f"{of_map} WHERE s.token = $token",
+        ((log, location, map_path),) = self._tables.rows(
+            "SELECT s.log_token, l.location, coalesce(m.filename, '') "
+            f"FROM scene s JOIN log l ON l.token = s.log_token {of_map} WHERE s.token = $token",
             {"maps": maps, "token": token},
         )
-        return SceneKey(dataroot=self.root, token=token, name=name, location=location, map_path=map_path)
+        return SceneKey(self.root, token, name, log, location, map_path)
 
     def _require_sound(self, token: str, name: str, channels: Sequence[str], *, maps: bool) -> None:
         """Raise the first violation among what a scene's frames use."""

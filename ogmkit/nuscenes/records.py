@@ -44,6 +44,7 @@ class SceneKey:
     dataroot: Path
     token: str
     name: str
+    log: str
     location: str
     map_path: str
 

@@ -102,7 +102,7 @@ class RecordDataset:
         del lidar, step_s, maps
         for scene in self.scenes:
             if scene.name == name:
-                return SceneRecord(name, scene.location, self._chosen(scene, cameras))
+                return SceneRecord(name, scene.location, self._chosen(scene, cameras), log=scene.log)
         raise SettingsError(f"{self.root}: {unknown('scene', name, self.scene_names())}")
 
     def _chosen(self, scene: SceneRecord, cameras: Sequence[str]) -> dict[str, tuple[FrameRecord, ...]]:

@@ -77,6 +77,11 @@ class Shard:
         return str(self._attribute("location"))
 
     @property
+    def log(self) -> str:
+        """Token of the drive that the scene is cut from; empty where the shard doesn't say."""
+        return str(self._attribute("log") or "")
+
+    @property
     def dataset_version(self) -> str:
         """The source's tables, such as `v1.0-trainval`."""
         return str(self._attribute("dataset_version"))

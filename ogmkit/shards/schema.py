@@ -28,6 +28,7 @@ FILE_ATTRIBUTES = (
     Attribute("dataset_version", str, "the source's tables, such as `v1.0-trainval`"),
     Attribute("scene", str, "scene name"),
     Attribute("location", str, "map name"),
+    Attribute("log", str, "token of the drive that the scene is cut from", "optional"),
     Attribute("settings", str, "all settings of the run, as JSON"),
     Attribute("grid_m_per_cell", float, "side of a cell in metres"),
     Attribute("grid_rows", int, "rows of every raster"),
@@ -99,12 +100,7 @@ FIELDS = (
     Field("boxes/instance_token", "text", (BOXES,), "token of the object, the same over time"),
     Field("boxes/category", "text", (BOXES,), "full category name, such as `vehicle.car`"),
     Field(
-        "boxes/global_from_box",
-        "float64",
-        (BOXES, 4, 4),
-        "pose of the centre, x to the front",
-        "m",
-        "global",
+        "boxes/global_from_box", "float64", (BOXES, 4, 4), "pose of the centre, x to the front", "m", "global"
     ),
     Field("boxes/size_wlh", "float64", (BOXES, 3), "width, length, height", "m"),
     Field("boxes/visibility", "uint8", (BOXES,), "nuScenes level 1 to 4; 0 = unknown"),

@@ -80,6 +80,7 @@ def _file_attributes(scene: SceneRecord, settings: ExtractSettings, dataset_vers
         "dataset_version": dataset_version,
         "scene": scene.name,
         "location": scene.location,
+        "log": scene.log,
         "settings": json.dumps(settings.to_dict(), sort_keys=True),
         "grid_m_per_cell": grid.m_per_cell,
         "grid_rows": grid.rows,
@@ -88,7 +89,9 @@ def _file_attributes(scene: SceneRecord, settings: ExtractSettings, dataset_vers
         "grid_ego_column": grid.ego_column,
         "no_map": 1,
     }
-    return attribute_values(schema.FILE_ATTRIBUTES, values, fields.parts_of(settings.targets))
+    parts = fields.parts_of(settings.targets)
+    known = {*parts, "optional"} if scene.log else parts
+    return attribute_values(schema.FILE_ATTRIBUTES, values, known)
 
 
 def _write_camera(

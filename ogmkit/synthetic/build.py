@@ -98,7 +98,7 @@ def _make(
     out: Path, settings: SynthesisSettings, on_progress: Callable[[int, int], None] | None
 ) -> SynthesisSummary:
     duration_s = settings.frames * _LONGEST_STEP_S + 1.0
-    plans = plan_scenes(settings.scenes, duration_s)
+    plans = plan_scenes(settings.scenes, duration_s, settings.scenes_per_log)
     logs = list(dict.fromkeys(plan.log for plan in plans))
     tables = Tables(settings.seed)
     _make_folders(out, settings)
@@ -110,7 +110,7 @@ def _make(
     _write_maps(out, tables, layouts, logs)
     annotations = 0
     recording = RecordingSettings(
-        settings.frames, settings.image_size, settings.sweeps, settings.lidar_azimuths
+        settings.frames, settings.image_size, settings.sweeps, settings.lidar_azimuths, settings.annotating
     )
     counter = _Counter(_count(plans, settings, recording), on_progress)
     recorder = Recorder(out, tables, recording, counter.advance)

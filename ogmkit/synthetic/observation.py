@@ -38,10 +38,19 @@ def observe(stage: Stage, timestamp_us: int) -> Moment:
     return Moment(timestamp_us, boxes, stage.solids(boxes, timestamp_us))
 
 
-def camera_shares(stage: Stage, moment: Moment) -> FloatArray:
-    """Share of each solid, 0 to 1, that the six cameras together see at a key frame; (M,)."""
+def camera_shares(stage: Stage, moment: Moment, channels: Sequence[str]) -> FloatArray:
+    """Share of each solid, 0 to 1, that some cameras together see at a key frame; (M,).
+
+    They are mounted as on every log without relief, and see images of the native size.
+
+    Args:
+        stage: the scene.
+        moment: the key frame.
+        channels: the cameras.
+    """
     views = []
-    for channel, mount in CAMERA_MOUNTS.items():
+    for channel in channels:
+        mount = CAMERA_MOUNTS[channel]
         pose = pose_matrix(*stage.ego_pose(moment.timestamp_us + CAMERA_DELAYS_US[channel]))
         camera = pose @ pose_matrix(mount.translation_m, mount.rotation_wxyz)
         views.append((scaled_intrinsics(channel, NATIVE_SIZE), camera, NATIVE_SIZE))

@@ -9,7 +9,6 @@ from ogmkit.synthetic.layout import LOCATIONS, Location
 
 _VEHICLE = "n099"
 _FIRST_DAY = datetime(2024, 3, 4, 9, 30, tzinfo=UTC)
-_SCENES_PER_LOG = 2
 _SCENES_PER_TEST = 6
 _SCENES_PER_VAL = 5
 
@@ -64,14 +63,14 @@ class ScenePlan:
         return f"scene-{self.index + 1:04d}"
 
 
-def plan_scenes(count: int, duration_s: float) -> tuple[ScenePlan, ...]:
-    """Spread scenes over the locations, and over logs of up to two scenes each."""
+def plan_scenes(count: int, duration_s: float, scenes_per_log: int) -> tuple[ScenePlan, ...]:
+    """Spread scenes over the locations, and over logs of at most so many scenes each."""
     scenes = []
     for index in range(count):
         place, turn = index % len(LOCATIONS), index // len(LOCATIONS)
-        log_index = place + len(LOCATIONS) * (turn // _SCENES_PER_LOG)
+        log_index = place + len(LOCATIONS) * (turn // scenes_per_log)
         log = LogPlan(log_index, LOCATIONS[place], _FIRST_DAY + timedelta(days=log_index))
-        wait_s = (turn % _SCENES_PER_LOG) * (duration_s + 60)
+        wait_s = (turn % scenes_per_log) * (duration_s + 60)
         scenes.append(ScenePlan(index, log, round((log.start.timestamp() + 10 + wait_s) * 1e6)))
     return tuple(scenes)
 

@@ -27,12 +27,14 @@ class RecordingSettings:
         image_size: height and width of the images.
         sweeps: also what lies between the key frames.
         lidar_azimuths: LiDAR rays of a ring.
+        annotating: cameras whose view makes annotations and their visibility.
     """
 
     frames: int
     image_size: tuple[int, int]
     sweeps: bool
     lidar_azimuths: int
+    annotating: tuple[str, ...]
 
 
 class Recorder:
@@ -74,7 +76,7 @@ class Recorder:
                 rows.append(self._add_shot(stage, sensor, shot, filename, number))
                 self._on_file()
             tables.add_chain("sample_data", rows)
-        shares = [camera_shares(stage, moment) for moment in moments]
+        shares = [camera_shares(stage, moment, self._settings.annotating) for moment in moments]
         return add_annotations(tables, plan, moments, shares, lidar_counts)
 
     def _add_scene(self, plan: ScenePlan, samples_us: IntArray) -> None:

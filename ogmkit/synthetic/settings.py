@@ -2,10 +2,13 @@
 
 import re
 from dataclasses import dataclass
+from typing import Literal
 
 from ogmkit.base.stated import require_stated, setting
 from ogmkit.errors import SettingsError
 from ogmkit.synthetic.rig import CAMERA_MOUNTS, LIDAR
+
+AnnotateBy = Literal["all", "rendered"]
 
 
 @dataclass(frozen=True)
@@ -54,6 +57,17 @@ class SynthesisSettings:
         False,
         "Vehicles stand in the ego's lanes, to be passed by swerving, and the car ahead brakes suddenly.",
     )
+    scenes_per_log: int = setting(
+        2,
+        "Maximum number of scenes that are cut from one log; with relief, each log has its sensors mounted a "
+        "little differently.",
+        low=1,
+    )
+    annotate_by: AnnotateBy = setting(
+        "all",
+        "Cameras whose view makes annotations and their visibility, beside the LiDAR: all six, whatever is "
+        "rendered, or the rendered ones alone.",
+    )
 
     def __post_init__(self) -> None:
         require_stated(self)
@@ -67,6 +81,11 @@ class SynthesisSettings:
                 f"cameras: {', '.join(self.cameras) or '(none)'} are not some of "
                 f"{', '.join(CAMERA_MOUNTS)}, each once"
             )
+
+    @property
+    def annotating(self) -> tuple[str, ...]:
+        """Cameras whose view makes annotations and their visibility."""
+        return tuple(CAMERA_MOUNTS) if self.annotate_by == "all" else self.cameras
 
     @property
     def channels(self) -> tuple[str, ...]:

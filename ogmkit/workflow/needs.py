@@ -10,6 +10,7 @@ from ogmkit.learn.catalogue import CATALOGUE
 from ogmkit.nuscenes.dataset import Dataset
 from ogmkit.pipeline.needed_files import extractable, needed_files
 from ogmkit.pipeline.selection import require_known_names, select_scenes
+from ogmkit.samples.splits import TEST, VAL
 from ogmkit.workflow import steps
 from ogmkit.workflow.config import Config, Training
 from ogmkit.workflow.engine import named
@@ -37,7 +38,7 @@ def require_needs(config: Config) -> None:
     for name, scored in ((steps.PERCEPTION, config.grids), (steps.PLANNING, config.planners)):
         if scored:
             with named(name):
-                _require_splits(splits, {"split": config.evaluate.split})
+                _require_splits(splits, {"split": config.evaluate.split or (TEST if TEST in splits else VAL)})
 
 
 def _extracted(config: Config) -> _Splits:
@@ -55,7 +56,7 @@ def _extracted(config: Config) -> _Splits:
 
 def _splits_of(training: Training) -> dict[str, str]:
     """Setting → split that a training reads."""
-    return {"train_split": training.settings.train_split, "val_split": training.settings.val_split}
+    return dict(zip(("train_split", "val_split"), training.settings.splits, strict=True))
 
 
 def _require_splits(splits: _Splits, wanted: Mapping[str, str]) -> None:

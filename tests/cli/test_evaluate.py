@@ -159,6 +159,20 @@ def test_the_table_stands_on_stdout_with_a_rule_over_the_fixed_rows(shards, runs
     assert "IoU" not in "".join(lines[14:])
 
 
+def test_a_checkpoint_that_was_chosen_on_the_reported_scenes_is_told(shards, runs, complaints):
+    for path in runs:
+        (path / "splits.json").write_text('{"train": ["scene-0001"], "val": ["scene-0002"]}')
+    result = run(shards, *runs)
+
+    told = " ".join(result.stdout.split())
+    assert (
+        "the best checkpoint was chosen on scenes that are reported here, which flatters one, two: " in told
+    )
+    records = json.loads(run(shards, *runs, "--format", "json").stdout)
+    assert {one["system"] for one in records if one["chosen_on_reported"]} == {"one", "two"}
+    assert "checkpoint" not in run(shards).stdout
+
+
 def test_all_writes_the_other_tables_below(shards, runs):
     headline, everything = (run(shards, *runs, *more).stdout for more in ([], ["--all"]))
 
@@ -268,7 +282,7 @@ def test_planners_get_the_options_of_both_tables(shards, planners):
         "threshold": 0.5,
         "scale": 2.0,
         "samples": 0,
-        "split": "val",
+        "split": None,
         "split_file": None,
         "homography": "surface",
         "cameras": ("CAM_FRONT",),

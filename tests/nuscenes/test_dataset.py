@@ -62,6 +62,7 @@ def _assert_scene_equals_reference(root, scene_name, cameras):
         scene = dataset.scene(scene_name, cameras, lidar="LIDAR_TOP")
 
     assert tuple(scene.cameras) == tuple(cameras)
+    assert scene.log == reference.get("scene", samples[0]["scene_token"])["log_token"]
     for camera in cameras:
         frames = scene.cameras[camera]
         images = [reference.data(sample["token"], camera) for sample in samples]

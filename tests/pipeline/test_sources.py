@@ -24,6 +24,7 @@ def test_records_answer_as_the_dataset_that_they_came_from(own, dataset):
     name = own.scene_names()[0]
     ours, theirs = (source.scene(name, ["CAM_BACK"]) for source in (own, dataset))
     assert (ours.name, ours.location, list(ours.cameras)) == (theirs.name, theirs.location, ["CAM_BACK"])
+    assert ours.log == theirs.log != ""
     assert [frame.sample_data_token for frame in ours.cameras["CAM_BACK"]] == [
         frame.sample_data_token for frame in theirs.cameras["CAM_BACK"]
     ]

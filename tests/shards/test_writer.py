@@ -50,6 +50,15 @@ def test_the_attributes_tell_where_it_comes_from(shard, small_settings):
     assert shard.h5.attrs["grid_ego_column"] == 13.0
 
 
+def test_the_log_is_kept_where_it_is_known(tmp_path, shard, scene, small_settings, masks):
+    assert (shard.log, "log" in shard.h5.attrs) == ("", False)
+    known = replace(scene, log="0123abcd")
+    write_shard(tmp_path / "scene-0007.h5", known, small_settings, masks, dataset_version="v1.0-mini")
+    with Shard(tmp_path / "scene-0007.h5") as written:
+        assert written.log == "0123abcd"
+        assert list(structure_problems(written)) == []
+
+
 def test_it_follows_the_schema(shard):
     assert list(structure_problems(shard)) == []
 

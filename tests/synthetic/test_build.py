@@ -14,6 +14,7 @@ from ogmkit.errors import OutputError, SettingsError
 from ogmkit.geometry.boxes import box_corners
 from ogmkit.geometry.camera import project
 from ogmkit.geometry.se3 import inverse, pose_matrix, transform_points
+from ogmkit.synthetic import plan
 from ogmkit.synthetic.build import synthesize
 from ogmkit.synthetic.plan import plan_scenes, split_scenes
 from ogmkit.synthetic.settings import SynthesisSettings
@@ -335,10 +336,28 @@ def test_splits_cover_all_scenes_once_and_leave_none_empty(count):
 
 
 def test_scenes_spread_over_locations_and_logs_without_overlap_in_time():
-    scenes = plan_scenes(20, 13.0)
+    scenes = plan_scenes(20, 13.0, 2)
     assert len({scene.log.location.name for scene in scenes[:4]}) == 4
     by_log = Counter(scene.log for scene in scenes)
     assert len(by_log) == 12
     assert max(by_log.values()) == 2
     starts = sorted(scene.start_us for scene in scenes)
     assert min(b - a for a, b in pairwise(starts)) > 13e6
+
+
+@pytest.mark.parametrize(("scenes_per_log", "logs"), [(1, 20), (2, 12), (5, 4)])
+def test_a_log_has_at_most_so_many_scenes_of_its_location(scenes_per_log, logs):
+    by_log = Counter(scene.log for scene in plan_scenes(20, 13.0, scenes_per_log))
+    assert (len(by_log), max(by_log.values())) == (logs, scenes_per_log)
+    assert len({log.name for log in by_log}) == logs
+
+
+def test_each_scene_may_have_a_log_and_on_hills_a_calibration_of_its_own(tmp_path, monkeypatch):
+    monkeypatch.setattr(plan, "LOCATIONS", plan.LOCATIONS[:1])  # one map is enough here
+    settings = {**TINY, "scenes": 3, "frames": 1, "lidar": False, "relief_m": 2.0, "scenes_per_log": 1}
+    synthesize(tmp_path / "out", SynthesisSettings(**settings))
+    found = tables(tmp_path / "out")
+
+    assert len(found["log"]) == len({row["log_token"] for row in found["scene"]}) == 3
+    mountings = {(*row["translation"], *row["rotation"]) for row in found["calibrated_sensor"]}
+    assert len(mountings) == len(found["calibrated_sensor"]) == 3

@@ -11,7 +11,9 @@ from ogmkit.shards.manifest import file_sha256, read_manifest
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.verify import verify_folder
 from ogmkit.workflow.chain import plan_chain, run_chain
+from ogmkit.workflow.evaluating import WRITERS, EvaluatePlanning
 from ogmkit.workflow.reading import read_config
+from ogmkit.workflow.steps import Call
 
 pytest.importorskip("torch", reason="torch is not installed: pip install 'ogmkit[train]'")
 
@@ -111,6 +113,32 @@ def test_it_is_done_once(out, chain_config):
     assert pending(config) == {}
     assert done(config) == []
     assert done(read_config(out / "config.yaml")) == []
+
+
+def test_tables_are_about_a_test_where_the_shards_have_one(out, chain_config, copy_scenes):
+    config = chain_config(out, planners=["lstm-ed"])
+    one, other = "scene-0001", "scene-0002"
+    shards = copy_scenes(
+        out / "shards", out / "more", {one: ("train", ""), other: ("val", ""), "x": ("test", "")}
+    )
+    shutil.rmtree(out / "shards")
+    shards.rename(out / "shards")
+    EvaluatePlanning(config, WRITERS).run(Call(overwrite=False, let_go=bool, advance=lambda *counts: None))
+
+    text = (out / "tables/planning.md").read_text(encoding="utf-8")
+    assert "split test: 4 sequences in 1 scene" in text
+    assert "checkpoint" not in text
+    with (out / "tables/planning.csv").open(encoding="utf-8") as file:
+        assert {row["chosen_on_reported"] for row in csv.DictReader(file)} == {"False"}
+
+
+def test_tables_say_where_what_they_report_chose_the_checkpoint(finished):
+    text = (finished / "tables/planning.md").read_text(encoding="utf-8")
+    assert "split val: " in text
+    assert "which flatters lstm-ed, mid-to-end: " in text
+    with (finished / "tables/planning.csv").open(encoding="utf-8") as file:
+        told = {row["system"] for row in csv.DictReader(file) if row["chosen_on_reported"] == "True"}
+    assert told == {"lstm-ed", "mid-to-end"}
 
 
 def after(*names):

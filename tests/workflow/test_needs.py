@@ -49,6 +49,16 @@ def test_planners_are_scored_on_a_split_that_is_there(tmp_path, chain_config):
         require_needs(config)
 
 
+def test_tables_are_about_test_where_it_is_there_else_about_val(tmp_path, chain_config):
+    path = tmp_path / "splits.json"
+    given = {"split_file": str(path), "train": {"val_split": "dev"}}
+    path.write_text(json.dumps({"train": ["scene-0001"], "dev": ["scene-0002"], "test": ["scene-0002"]}))
+    require_needs(chain_config(tmp_path / "out", **given))
+    path.write_text(json.dumps({"train": ["scene-0001"], "dev": ["scene-0002"]}))
+    with pytest.raises(SettingsError, match=r"^evaluate perception: split 'val' .* change split"):
+        require_needs(chain_config(tmp_path / "out", **given))
+
+
 def test_what_sees_no_images_needs_none(tmp_path, chain_config):
     less = ("homography", "footprints")
     require_needs(chain_config(tmp_path / "out", less, planners=["lstm-ed"], extract={"images": "none"}))

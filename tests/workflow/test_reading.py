@@ -55,7 +55,7 @@ def test_alone_it_makes_shards_and_homographies():
     found = config()
     assert found.trainings == ()
     assert found.homographies == ("surface", "dlt", "plane", "calibration")
-    assert (found.evaluate.split, found.evaluate.homography) == ("val", "surface")
+    assert (found.evaluate.split, found.evaluate.homography) == (None, "surface")
     assert (found.extract.cameras, found.workers, found.readers, found.masks.scale) == (
         ("CAM_FRONT",),
         1,

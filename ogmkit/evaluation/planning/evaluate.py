@@ -13,6 +13,7 @@ from ogmkit.evaluation.planning.sequences import Sequences, sequences_of
 from ogmkit.evaluation.planning.surroundings import surrounding_values
 from ogmkit.evaluation.progress import Progress, Tick, spread, ticker
 from ogmkit.evaluation.runs import OpenRun
+from ogmkit.evaluation.seen import seen_by
 from ogmkit.evaluation.settings import EvaluateSettings
 from ogmkit.metrics.bootstrap import estimate, interval_notes
 from ogmkit.metrics.controls import CONTROLS
@@ -68,9 +69,8 @@ def evaluate_plans(
     sequences = sequences_of(
         shards, split=chosen.split, split_file=split_file, cameras=cameras, limit=chosen.limit
     )
-    planners = planners_of(
-        runs, shards, chosen.split, sequences, homography=chosen.homography, reserved=FIXED
-    )
+    planners = planners_of(runs, shards, sequences, homography=chosen.homography, reserved=FIXED)
+    seen = seen_by({one.name: one.run.checkpoint for one in planners}, sequences.scene_names)
     tell(Found(f"{sequences.index.counted('sequence')}; {with_number(len(planners), 'run')}"))
     passes = 1 + len(planners) + bool(planners)
     tick = ticker(on_progress, passes * len(sequences))
@@ -84,7 +84,7 @@ def evaluate_plans(
     columns = {name: columns_of(plans) for name, plans in planned.items()}
     figures = tuple(_figures(sequences, columns, tick)) if columns else ()
     return PlanEvaluation(
-        split=chosen.split,
+        split=sequences.split,
         scenes=sequences.scenes,
         sequences=len(sequences),
         cameras=sequences.index.cameras,
@@ -93,11 +93,15 @@ def evaluate_plans(
         figures=figures + fixed,
         notes=(
             *(one.note for one in planners),
+            *seen.notes(),
+            *([sequences.note] if sequences.note else []),
             *interval_notes(sequences.scenes),
             *_unknown(shards),
             *_unbeaten(figures, fixed),
         ),
         samples=tuple(_samples(sequences, planned, chosen.samples)),
+        chosen_on_reported=tuple(seen.chosen),
+        learnt_from_reported=tuple(seen.learnt),
     )
 
 

@@ -34,7 +34,6 @@ class Planner:
 def planners_of(
     runs: Sequence[OpenRun],
     shards: Path,
-    split: str,
     sequences: Sequences,
     *,
     homography: str | None,
@@ -45,8 +44,7 @@ def planners_of(
     Args:
         runs: opened.
         shards: what they are evaluated on.
-        split: its split.
-        sequences: of the split.
+        sequences: what they are evaluated on there.
         homography: the source that planners warp by; None is each one's own.
         reserved: names of other rows.
 
@@ -59,7 +57,7 @@ def planners_of(
     index = sequences.index
     invalid = invalid_homographies(index)
     if homography is not None:
-        require_homography(shards, split, invalid, homography)
+        require_homography(shards, sequences.split, invalid, homography)
     require_fitting(runs, shards, index.grid, index.cameras)
     sources: list[str | None] = []
     for run in runs:
@@ -68,7 +66,7 @@ def planners_of(
         require_same_step(run.path, run.step_s, index.step_s)
         source = run.warps_by(homography)
         if source is not None:
-            require_homography(shards, split, invalid, source)
+            require_homography(shards, sequences.split, invalid, source)
         sources.append(source)
     names = names_of([run.path for run in runs], [run.name for run in runs], reserved)
     return tuple(

@@ -62,6 +62,8 @@ class PlanEvaluation:
         figures: system by system.
         notes: sentences to be read with the tables.
         samples: kept plans, run by run.
+        chosen_on_reported: names of the runs whose checkpoint was chosen on scenes that are reported.
+        learnt_from_reported: names of the runs that learnt from such scenes.
     """
 
     split: str
@@ -73,6 +75,8 @@ class PlanEvaluation:
     figures: tuple[PlanFigure, ...]
     notes: tuple[str, ...]
     samples: tuple[PlanSample, ...]
+    chosen_on_reported: tuple[str, ...] = ()
+    learnt_from_reported: tuple[str, ...] = ()
 
     @property
     def horizons_s(self) -> tuple[float, ...]:

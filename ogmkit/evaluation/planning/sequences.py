@@ -8,7 +8,7 @@ import numpy as np
 
 from ogmkit.base.steps import STEPS as TRAJECTORY
 from ogmkit.errors import ShardError
-from ogmkit.evaluation.scope import evaluated_splits
+from ogmkit.evaluation.scope import reported_scenes
 from ogmkit.metrics.plan import STEPS
 from ogmkit.samples.index import FrameIndex, index_sequences
 from ogmkit.samples.poses import require_finite_poses
@@ -24,11 +24,15 @@ class Sequences:
     """N sequences with valid trajectories; positions in metres, in the level frame of the last image.
 
     Attributes:
+        split: the name of their split.
+        note: how that differs from the shards' split of this name; empty where it doesn't.
         index: their places.
         past: (N, 6, 2) at steps −6 … −1.
         future: (N, 6, 2) at steps 1 … 6; the last one is the destination.
     """
 
+    split: str
+    note: str
     index: FrameIndex
     past: FloatArray
     future: FloatArray
@@ -55,17 +59,22 @@ class Sequences:
     @property
     def scenes(self) -> int:
         """Scenes that have sequences."""
-        return len(np.unique(self.index.shard))
+        return len(self.scene_names)
+
+    @property
+    def scene_names(self) -> tuple[str, ...]:
+        """Their names, in order."""
+        return tuple(self.index.scenes[shard] for shard in np.unique(self.index.shard).tolist())
 
 
 def sequences_of(
-    shards: Path, *, split: str, split_file: Path | None, cameras: Sequence[str], limit: int | None
+    shards: Path, *, split: str | None, split_file: Path | None, cameras: Sequence[str], limit: int | None
 ) -> Sequences:
     """Find the sequences of a split and read their paths.
 
     Args:
         shards: a folder that an extraction finished.
-        split: the split's name.
+        split: the split's name; None for what `divide_scenes` leaves to report.
         split_file: a JSON file of split → scene names instead of the manifest's splits.
         cameras: channels; none means all.
         limit: sequences at most, evenly spread.
@@ -76,14 +85,14 @@ def sequences_of(
         ShardError: a shard or the manifest is absent or damaged, or a position or pose is not finite.
         TrainingError: the split has no sequence.
     """
-    scenes = evaluated_splits(shards, split, split_file)[split]
+    reported = reported_scenes(shards, split, split_file)
     needs = SampleSpec(trajectory=True)
-    index = index_sequences(shards, scenes, cameras, needs=needs, valid_only=False, limit=limit)
+    index = index_sequences(shards, reported.scenes, cameras, needs=needs, valid_only=False, limit=limit)
     require_finite_poses(index)
     past, future = np.empty((2, len(index), TRAJECTORY, 2))
     for shard, camera, samples in index.by_camera():
         past[samples], future[samples] = _paths(shard, camera, index.frame[samples])
-    return Sequences(index, past, future)
+    return Sequences(reported.split, reported.note, index, past, future)
 
 
 def planned_rows(shard: Shard, camera: str) -> tuple[IntArray, BoolArray]:

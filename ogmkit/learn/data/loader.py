@@ -87,6 +87,10 @@ class EpochBatches(Sampler[list[Key]]):
             places = order[batch * self._batch_size : (batch + 1) * self._batch_size]
             yield [(int(place), int(seeds[place])) for place in places]
 
+    def repeats(self, turn: int) -> bool:
+        """Whether this device's batch of a turn only fills up the last round: another one has it, too."""
+        return turn * self.world + self.rank >= self._batches
+
     @property
     def _batches(self) -> int:
         """Batches over all devices."""

@@ -53,6 +53,7 @@ class ShardDataModule(LightningDataModule):
         train_set: training samples.
         val_set: validation samples.
         train_batches: order of the training's batches; set its `epoch` and `skip` to resume in mid-epoch.
+        val_batches: order of the validation's batches.
 
     Raises:
         SettingsError, ShardError, TrainingError: see `index_frames`, `index_sequences`, `FrameDataset` and
@@ -84,7 +85,7 @@ class ShardDataModule(LightningDataModule):
         self._train_index, self._samples = train_index, samples
         self.val_set = samples(val_index, spec)
         self.train_batches = self._batches(self.train_set, shuffle=True)
-        self._val_batches = self._batches(self.val_set, shuffle=False)
+        self.val_batches = self._batches(self.val_set, shuffle=False)
 
     def train_dataloader(self) -> BatchLoader:
         """Training batches, shuffled and augmented."""
@@ -105,7 +106,7 @@ class ShardDataModule(LightningDataModule):
 
     def val_dataloader(self) -> BatchLoader:
         """Validation batches, in order."""
-        return self._loader(self.val_set, self._val_batches)
+        return self._loader(self.val_set, self.val_batches)
 
     def _batches(self, dataset: FrameDataset, *, shuffle: bool) -> EpochBatches:
         return EpochBatches(len(dataset), self._loading.batch_size, seed=self._loading.seed, shuffle=shuffle)

@@ -154,14 +154,19 @@ class System(LightningModule):
         return loss
 
     def validation_step(self, batch: Batch, batch_idx: int) -> None:
-        """Score one batch, and its loss beside."""
-        del batch_idx
+        """Score one batch, and its loss beside; one that another device has, too, counts there alone."""
         answer = self.answer(batch)
         terms = self.losses(answer, batch)
         values = {f"val/{name}": value for name, value in terms.items()}
         values["val/loss"] = torch.stack(list(terms.values())).sum()
-        self.log_dict(values, on_step=False, on_epoch=True, batch_size=len(batch["index"]), sync_dist=True)
-        self.update_score(answer, batch)
+        data = self.trainer.datamodule  # type: ignore[attr-defined]  # a ShardDataModule
+        counted = 0 if data.val_batches.repeats(batch_idx) else len(batch["index"])
+        # All devices log, whatever counts: they wait for each other. Lightning divides the sum of their
+        # counts by how many they are, in whole numbers.
+        weight = counted * self.trainer.world_size
+        self.log_dict(values, on_step=False, on_epoch=True, batch_size=weight, sync_dist=True)
+        if counted:
+            self.update_score(answer, batch)
 
     def on_validation_epoch_end(self) -> None:
         """Log the scores."""

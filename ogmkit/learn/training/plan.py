@@ -1,6 +1,6 @@
 """What a training is going to do, checked as far as that takes no torch and a look at the shards."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from ogmkit.learn.runs import checkpoint_file, require_resumable
 from ogmkit.learn.settings import TrainSettings
 from ogmkit.samples.requirements import require_drivable, require_extracted, valid_frames
 from ogmkit.samples.spec import SampleSpec
-from ogmkit.samples.splits import split_scenes
+from ogmkit.samples.splits import TRAIN, VAL, Division, divide_scenes, split_scenes
 from ogmkit.shards.listed import listed_shard
 from ogmkit.shards.manifest import Manifest, read_manifest
 
@@ -26,12 +26,12 @@ class TrainingPlan:
     Attributes:
         settings: with cameras and masks filled in.
         grid: the shards'.
-        scenes: split → its scenes; the split to learn from first.
+        division: which scenes are for what.
     """
 
     settings: TrainSettings
     grid: GridSpec
-    scenes: Mapping[str, tuple[str, ...]]
+    division: Division
 
 
 def plan_training(
@@ -56,46 +56,53 @@ def plan_training(
     """
     manifest = read_manifest(shards)
     full = completed(settings, shards, manifest)
-    scenes = _scenes(full, manifest, split_file)
+    division = _division(full, shards, manifest, split_file)
     for path in full.runs_read.values():
         checkpoint_file(Path(path))
-    _require_made(full, shards, manifest, scenes)
+    _require_made(full, shards, manifest, division)
     if not overwrite:
-        require_resumable(run, full, scenes)
-    return TrainingPlan(full, manifest.settings.targets.grid, scenes)
+        require_resumable(run, full, division.splits())
+    return TrainingPlan(full, manifest.settings.targets.grid, division)
 
 
-def _scenes(
-    settings: TrainSettings, manifest: Manifest, split_file: Path | None
-) -> dict[str, tuple[str, ...]]:
-    """The scenes of both splits."""
-    splits = split_scenes(manifest, split_file=split_file, ratio=settings.split_ratio, seed=settings.seed)
-    names = (
-        ("train", "val") if settings.split_ratio is not None else (settings.train_split, settings.val_split)
+def _division(settings: TrainSettings, shards: Path, manifest: Manifest, split_file: Path | None) -> Division:
+    """The scenes to learn from and to choose the checkpoint by, both there and none in common."""
+    division = divide_scenes(
+        shards,
+        manifest,
+        train=settings.train_split,
+        val=settings.val_split,
+        split_file=split_file,
+        ratio=settings.split_ratio,
+        seed=settings.seed,
     )
-    for name in names:
-        if not splits.get(name):
-            known = ", ".join(sorted(split for split, found in splits.items() if found)) or "none"
+    names = (TRAIN, VAL) if settings.split_ratio is not None else settings.splits
+    for name, scenes in zip(names, (division.train, division.val), strict=True):
+        if not scenes:
             raise TrainingError(
-                f"split {name!r} has no scene among the shards (there is {known}); "
+                f"split {name!r} has no scene among the shards (there is {_known(manifest, split_file)}); "
                 "choose others, or divide them by --split-ratio"
             )
-    shared = set(splits[names[0]]) & set(splits[names[1]])
+    shared = set(division.train) & set(division.val)
     if shared:
         raise SettingsError(f"scene {min(shared)} is in both splits, {names[0]} and {names[1]}")
-    return {name: splits[name] for name in names}
+    return division
 
 
-def _require_made(
-    settings: TrainSettings, shards: Path, manifest: Manifest, scenes: Mapping[str, tuple[str, ...]]
-) -> None:
+def _known(manifest: Manifest, split_file: Path | None) -> str:
+    """Names of the splits that have scenes."""
+    splits = split_scenes(manifest, split_file=split_file)
+    return ", ".join(sorted(split for split, found in splits.items() if found)) or "none"
+
+
+def _require_made(settings: TrainSettings, shards: Path, manifest: Manifest, division: Division) -> None:
     """Look for masks and homographies in the first shard of each split; the index looks at all."""
     entries = {entry.scene: entry for entry in manifest.shards}
     if settings.learns_drivable:
         require_drivable(shards, manifest)
     for needs in _needs(settings):
         require_extracted(shards, manifest, needs)
-        for names in scenes.values():
+        for names in (division.train, division.val):
             with listed_shard(shards, entries[names[0]]) as shard:
                 for camera in settings.cameras:
                     valid_frames(shard, camera, needs)

@@ -3,7 +3,7 @@
 import logging
 import time
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
@@ -30,6 +30,7 @@ from ogmkit.learn.training.resuming import resumed_from
 from ogmkit.learn.training.saving import Checkpoints
 from ogmkit.learn.training.warm_start import require_perception, warm_start
 from ogmkit.learn.training.watching import Metrics, Samples
+from ogmkit.samples.splits import Division
 
 
 @dataclass(frozen=True)
@@ -97,10 +98,10 @@ def train(
         seed_everything(full.seed, verbose=False)
         system = build_system(full, plan.grid, full.cameras)
         system.freeze_parts()
-        data = _data(full, shards, plan.scenes, system)
-        folder = open_folder(run, full, plan.scenes, overwrite=overwrite)
+        data = _data(full, shards, plan.division, system)
+        folder = open_folder(run, full, plan.division.splits(), overwrite=overwrite)
         with nullcontext() if _helps() else folder:
-            saving = _fit(system, data, run, plan.scenes, on_progress)
+            saving = _fit(system, data, run, plan.division, on_progress)
     if _helps():
         return None
     return TrainSummary(
@@ -115,10 +116,7 @@ def train(
     )
 
 
-def _data(
-    settings: TrainSettings, shards: Path, scenes: Mapping[str, tuple[str, ...]], system: System
-) -> ShardDataModule:
-    train_scenes, val_scenes = scenes.values()
+def _data(settings: TrainSettings, shards: Path, division: Division, system: System) -> ShardDataModule:
     augmentation = (
         Augmentation(settings.colour, settings.flip, settings.pitch_deg, settings.roll_deg)
         if isinstance(settings, ImageTraining)
@@ -132,8 +130,8 @@ def _data(
     )
     return ShardDataModule(
         shards,
-        train_scenes,
-        val_scenes,
+        division.train,
+        division.val,
         settings.cameras,
         system.spec,
         loading=loading,
@@ -146,14 +144,14 @@ def _fit(
     system: System,
     data: ShardDataModule,
     run: Path,
-    scenes: Mapping[str, tuple[str, ...]],
+    division: Division,
     on_progress: Callable[[int, int], None] | None,
 ) -> Checkpoints:
     settings, last = system.settings, run / LAST
     fresh = Card(settings, system.grid, system.cameras, data.train_set.step_s)
     card, step = resumed_from(last, fresh)
     data.train_batches.epoch, data.train_batches.skip = card.epoch, card.batches
-    tell(Found(first_line(settings, data, scenes, run, step)))
+    tell(Found(first_line(settings, data, division, run, step)))
     if not last.exists():
         _begin(system, data)
     saving = Checkpoints(run, card, data.train_batches)

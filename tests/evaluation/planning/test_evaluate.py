@@ -48,6 +48,17 @@ def off_by(shards, driven):
     return make
 
 
+def test_a_planner_whose_checkpoint_was_chosen_here_is_told(shards, fake_planners):
+    run, other = fake_planners("run"), fake_planners("other", "end-to-end")
+    for one, val in ((run, "scene-0003"), (other, "scene-0009")):
+        (one.path / "splits.json").write_text(json.dumps({"train": ["scene-0001"], "val": [val]}))
+    found = scored(shards, [run, other])
+
+    assert (found.chosen_on_reported, found.learnt_from_reported) == (("lstm-ed",), ())
+    assert [note for note in found.notes if "flatters lstm-ed: " in note]
+    assert scored(shards, [run], split="train").learnt_from_reported == ("lstm-ed",)
+
+
 def test_a_planner_beside_the_rows_for_free(shards, fake_planners, off_by):
     found = scored(shards, [fake_planners("run", plan=off_by(3.0, -4.0))])
 
@@ -125,7 +136,7 @@ def test_a_planner_that_does_not_beat_the_controls_is_named(shards, fake_planner
     ]
     notes = scored(shards, runs).notes
 
-    assert notes[2:] == (
+    assert notes[-1:] == (
         "end-to-end does not beat constant-velocity, straight-line, cubic by ADE up to 2.5 s: no result",
     )
 

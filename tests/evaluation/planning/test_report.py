@@ -12,7 +12,10 @@ from ogmkit.evaluation.formats import as_csv, as_json, as_latex, as_markdown, re
 from ogmkit.evaluation.planning.result import PlanEvaluation, PlanFigure
 from ogmkit.metrics.displacement import METRICS, READINGS
 
-KEYS = ["system", "definition", "metric", "horizon_s", "reading", "value", "low", "high"]
+KEYS = [
+    *("system", "definition", "metric", "horizon_s", "reading", "value", "low", "high"),
+    *("chosen_on_reported", "learnt_from_reported"),
+]
 SYSTEM, TRUTH, CONTROL = "holistic-np", "truth", "cubic"
 NO_DISTRIBUTION = ("nll", "inside_50", "inside_90")
 
@@ -63,6 +66,8 @@ def test_json_is_one_flat_list_of_figures(evaluation):
         "value": pytest.approx(-0.29),
         "low": pytest.approx(-0.39),
         "high": pytest.approx(-0.09),
+        "chosen_on_reported": False,
+        "learnt_from_reported": False,
     }
     undefined = [record for record in found if (record["system"], record["metric"]) == (TRUTH, "nll")]
     assert [(one["value"], one["low"], one["high"]) for one in undefined] == [(None, None, None)] * 6
@@ -72,11 +77,12 @@ def test_csv_holds_the_same_figures(evaluation):
     text = as_csv(evaluation)
     found, expected = list(csv.DictReader(io.StringIO(text))), json.loads(as_json(evaluation))
 
-    assert text.startswith("system,definition,metric,horizon_s,reading,value,low,high\n")
+    assert text.startswith(f"{','.join(KEYS)}\n")
     for one, two in zip(found, expected, strict=True):
         for key in KEYS:
             number = key in ("horizon_s", "value", "low", "high")
-            assert ((float(one[key]) if one[key] else None) if number else one[key]) == two[key]
+            known = str(two[key]) if key.endswith("_reported") else two[key]
+            assert ((float(one[key]) if one[key] else None) if number else one[key]) == known
 
 
 def test_the_headline_is_displacements_at_the_horizons_without_intervals(evaluation):

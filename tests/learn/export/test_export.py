@@ -29,7 +29,7 @@ def lively(net):
     shift = torch.diag(torch.ones(3, dtype=torch.float64))
     shift[0, 2] = 7.0
     matrices = torch.where(cameras[:, None, None] == 0, TRUE + noise, shift @ (TRUE + noise))
-    fitted = type(net.code).fit(matrices, cameras, len(net.cameras), net.settings.image_size)
+    fitted = type(net.code).fit(matrices, cameras, len(net.cameras), net.settings.image_size, net.grid)
     net.code.load_state_dict(fitted.state_dict())
     torch.nn.init.normal_(net.net.layers[-1].weight, std=0.5)
 

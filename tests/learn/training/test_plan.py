@@ -1,5 +1,6 @@
 """What is wrong with a training is found before anything is built, and nothing is written."""
 
+import json
 import shutil
 from dataclasses import replace
 
@@ -9,6 +10,7 @@ from ogmkit.errors import CheckpointError, OutputError, SettingsError, ShardErro
 from ogmkit.learn.catalogue import CATALOGUE
 from ogmkit.learn.runs import open_folder
 from ogmkit.learn.training.plan import plan_training
+from ogmkit.nuscenes.splits import read_split_file
 from ogmkit.shards.manifest import read_manifest, write_manifest
 
 CAMERAS = ("CAM_BACK", "CAM_FRONT")
@@ -17,9 +19,41 @@ SPLITS = {"train": ("scene-0001",), "val": ("scene-0002",)}
 
 def test_a_sound_training_has_its_settings_filled_in(learn_shards, tmp_path):
     plan = plan_training(CATALOGUE["footprints"].settings(), learn_shards, tmp_path / "run")
-    assert (plan.settings.masks, plan.settings.cameras, dict(plan.scenes)) == ("surface", CAMERAS, SPLITS)
+    assert (plan.settings.masks, plan.settings.cameras, plan.division.splits()) == (
+        "surface",
+        CAMERAS,
+        SPLITS,
+    )
     assert plan.grid.shape == (80, 60)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_training_chooses_by_logs_of_train_and_its_list_may_gain_scenes_to_report(
+    learn_shards, copy_scenes, tmp_path
+):
+    logs = {"a": ("train", "1"), "b": ("train", "2"), "c": ("train", "3"), "v": ("val", "4")}
+    shards, run = copy_scenes(learn_shards, tmp_path / "shards", logs), tmp_path / "run"
+    settings = CATALOGUE["lstm-ed"].settings()
+    plan = plan_training(settings, shards, run)
+    assert [len(plan.division.train), len(plan.division.val), plan.division.test] == [2, 1, ("v",)]
+    with open_folder(run, plan.settings, plan.division.splits(), overwrite=False):
+        pass
+    assert read_split_file(run / "splits.json") == plan.division.splits()
+    again = plan_training(settings, shards, run, split_file=run / "splits.json")
+    assert again.division.splits() == plan.division.splits()
+    more = json.dumps(plan.division.splits() | {"test": ["v", "w"]})
+    (run / "splits.json").write_text(more)
+    plan_training(settings, shards, run)
+    with pytest.raises(OutputError, match="a training with other settings exists: train_split"):
+        plan_training(replace(settings, train_split="train"), shards, run)
+
+
+def test_named_splits_are_taken_whole(learn_shards, copy_scenes, tmp_path):
+    logs = {"a": ("train", "1"), "b": ("train", "2"), "c": ("train", "3"), "v": ("val", "4")}
+    shards = copy_scenes(learn_shards, tmp_path / "shards", logs)
+    settings = CATALOGUE["lstm-ed"].settings(train_split="train", val_split="val")
+    division = plan_training(settings, shards, tmp_path / "run").division
+    assert division.splits() == {"train": ("a", "b", "c"), "val": ("v",)}
 
 
 @pytest.mark.parametrize(
@@ -54,7 +88,7 @@ def test_a_folder_with_other_settings_is_refused_unless_it_is_to_be_overwritten(
     run = tmp_path / "run"
     first = CATALOGUE["lstm-ed"].settings(lr=1e-2)
     plan = plan_training(first, learn_shards, run)
-    with open_folder(run, plan.settings, plan.scenes, overwrite=False):
+    with open_folder(run, plan.settings, plan.division.splits(), overwrite=False):
         pass
     before = {path.name: path.read_bytes() for path in run.iterdir()}
     plan_training(replace(first, epochs=7), learn_shards, run)
