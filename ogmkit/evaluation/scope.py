@@ -21,7 +21,7 @@ from ogmkit.shards.remedies import homography_command
 from ogmkit.typing import IntArray
 
 TRAINING = "train"
-"""The split that the mean map comes from."""
+"""The split that the mean map and the linear control come from."""
 PREFERRED = ("network", "surface")
 """Homographies that masks are warped by unless another is asked for; the first that there is."""
 

@@ -7,13 +7,15 @@ from pathlib import Path
 import numpy as np
 
 from ogmkit.base.steps import STEPS as TRAJECTORY
-from ogmkit.errors import ShardError
-from ogmkit.evaluation.scope import evaluated_splits
+from ogmkit.errors import ShardError, TrainingError
+from ogmkit.evaluation.scope import TRAINING, evaluated_splits
 from ogmkit.metrics.plan import STEPS
 from ogmkit.samples.index import FrameIndex, index_sequences
 from ogmkit.samples.poses import require_finite_poses
 from ogmkit.samples.spec import SampleSpec
+from ogmkit.samples.splits import split_scenes
 from ogmkit.shards.faults import REMEDY
+from ogmkit.shards.manifest import read_manifest
 from ogmkit.shards.neighbours import neighbour_rows
 from ogmkit.shards.reader import Shard
 from ogmkit.typing import BoolArray, FloatArray, IntArray
@@ -76,7 +78,38 @@ def sequences_of(
         ShardError: a shard or the manifest is absent or damaged, or a position or pose is not finite.
         TrainingError: the split has no sequence.
     """
-    scenes = evaluated_splits(shards, split, split_file)[split]
+    return _sequences(shards, evaluated_splits(shards, split, split_file)[split], cameras, limit)
+
+
+def training_sequences(
+    shards: Path, evaluated: Sequences, *, split_file: Path | None, limit: int | None
+) -> Sequences | None:
+    """The sequences of the split `train` in scenes that are not evaluated.
+
+    Args:
+        shards: a folder that an extraction finished.
+        evaluated: the sequences of the split to evaluate on; their cameras are taken.
+        split_file: a JSON file of split → scene names instead of the manifest's splits.
+        limit: sequences at most, evenly spread.
+
+    Returns:
+        None where there are none.
+
+    Raises:
+        TableError, ShardError: as `sequences_of`.
+    """
+    splits = split_scenes(read_manifest(shards), split_file=split_file)
+    unseen = [scene for scene in splits.get(TRAINING, ()) if scene not in evaluated.index.scenes]
+    if not unseen:
+        return None
+    try:
+        return _sequences(shards, unseen, evaluated.index.cameras, limit)
+    except TrainingError:
+        return None
+
+
+def _sequences(shards: Path, scenes: Sequence[str], cameras: Sequence[str], limit: int | None) -> Sequences:
+    """The sequences of some scenes, and their paths."""
     needs = SampleSpec(trajectory=True)
     index = index_sequences(shards, scenes, cameras, needs=needs, valid_only=False, limit=limit)
     require_finite_poses(index)
