@@ -46,12 +46,12 @@ class ObservingTraining(PlannerTraining):
 class PoolingTraining(ObservingTraining):
     """Of a planner that sees masks."""
 
-    pool: tuple[int, int] = setting(
-        (100, 55),
-        "Size that masks are averaged to, at most, before the planner sees them.",
+    pool_cells: int = setting(
+        5500,
+        "Maximum number of cells that masks are averaged to, by each map's own aspect, before the planner "
+        "sees them.",
         "Model",
         low=1,
-        form="ROWSxCOLUMNS",
     )
 
 

@@ -54,7 +54,7 @@ def test_settings_are_read_by_the_systems_that_need_them():
     assert readers("warp") == ("holistic",)
     assert readers("masks") == ("footprints", "holistic", "holistic-cv")
     assert readers("no_past") == ("end-to-end", "mid-to-end", "holistic", "holistic-cv")
-    assert readers("pool") == ("mid-to-end", "holistic", "holistic-cv")
+    assert readers("pool_cells") == ("mid-to-end", "holistic", "holistic-cv")
     assert readers("bev_cell_m") == ("ved", "oft", "bev-lidar")
     assert "bev-lidar" not in readers("image_size")
     assert set(readers("lr")) == set(CATALOGUE)
@@ -106,6 +106,8 @@ def test_predicting_needs_neither_weights_nor_recomputation():
         ({"system": "homography", "head": "six-point"}, "did you mean four-point"),
         ({"system": "oft", "val_split": "train"}, "are both 'train'"),
         ({"system": "holistic", "freeze": True}, "freeze: needs a perception"),
+        ({"system": "holistic", "pool": [100, 55]}, "unknown setting 'pool'; did you mean pool_cells"),
+        ({"system": "mid-to-end", "pool_cells": 0}, "pool_cells: 0 is below 1"),
         ({"system": "footprints", "kl_weight": 2.0}, "kl_weight: footprints does not read it; ved does"),
         (
             {"system": "lstm-ed", "no_past": True},

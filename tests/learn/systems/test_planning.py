@@ -117,10 +117,17 @@ def test_gradients_through_the_warp_are_those_of_finite_differences(plan_shards)
 def test_masks_are_pooled_to_means_of_their_parts():
     torch.manual_seed(0)
     masks = torch.rand(12, 2, 40, 30).round()
-    found = pooled(masks, (10, 15)).reshape(2, 6, 2, 10, 15)
-    by_hand = masks.reshape(2, 6, 2, 10, 4, 15, 2).mean((4, 6))
+    found = pooled(masks, 310).reshape(2, 6, 2, 20, 15)
+    by_hand = masks.reshape(2, 6, 2, 20, 2, 15, 2).mean((4, 6))
     torch.testing.assert_close(found, by_hand)
-    assert torch.equal(pooled(masks, (100, 100)).flatten(), masks.flatten())  # never enlarged
+    assert torch.equal(pooled(masks, 10_000).flatten(), masks.flatten())  # never enlarged
+
+
+def test_masks_in_camera_view_and_on_the_plane_give_a_planner_as_many_numbers():
+    on_the_plane, in_camera_view = (
+        build_system(settings_of(name, image_size=(448, 800)), GridSpec(), CAMERAS) for name in SEEING
+    )
+    assert on_the_plane.feature_size() == in_camera_view.feature_size() == 2 * 5500
 
 
 def test_a_frozen_perception_stays(plan_shards, tmp_path, make_run):
