@@ -36,7 +36,7 @@ def test_the_papers_settings_of_stage_1_are_the_defaults(system, encoder, lr):
 def test_the_papers_settings_of_stage_2_are_the_defaults(system):
     settings = CATALOGUE[system].settings()
     assert (settings.epochs, settings.batch_size, settings.lr, settings.momentum) == (200, 10, 1e-3, 0.9)
-    assert settings.hidden == 128
+    assert (settings.hidden, settings.mean) == (128, "zero")
 
 
 def test_oft_works_on_cells_of_a_metre_and_others_on_the_shards():
@@ -107,6 +107,9 @@ def test_predicting_needs_neither_weights_nor_recomputation():
         ({"system": "oft", "val_split": "train"}, "are both 'train'"),
         ({"system": "holistic", "freeze": True}, "freeze: needs a perception"),
         ({"system": "holistic", "pool": [100, 55]}, "unknown setting 'pool'; did you mean pool_cells"),
+        ({"system": "holistic", "no_past": True, "mean": "linear"}, "mean: linear reads the past"),
+        ({"system": "end-to-end", "no_past": True, "mean": "linear"}, "mean: linear reads the past"),
+        ({"system": "lstm-ed", "mean": "linaer"}, "did you mean linear"),
         ({"system": "mid-to-end", "pool_cells": 0}, "pool_cells: 0 is below 1"),
         ({"system": "footprints", "kl_weight": 2.0}, "kl_weight: footprints does not read it; ved does"),
         (

@@ -37,7 +37,12 @@ class PlannerSystem(System):
 
     def __init__(self, settings: PlannerTraining, grid: GridSpec, cameras: tuple[str, ...]) -> None:
         super().__init__(settings, grid, cameras)
-        self.planner = Planner(self.feature_size(), past=settings.sees_past, hidden=settings.hidden)
+        self.planner = Planner(
+            self.feature_size(),
+            past=settings.sees_past,
+            hidden=settings.hidden,
+            linear_mean=settings.mean == "linear",
+        )
         self.ade = MeanMetric()
         self.last = MeanMetric()
 
@@ -60,7 +65,7 @@ class PlannerSystem(System):
         return SampleSpec(trajectory=True)
 
     def prepare(self, samples: DataLoader[Batch]) -> None:
-        """Learn the coordinates' means and spreads."""
+        """Learn the coordinates' means and spreads, and the linear mean where the settings ask for it."""
         batches = [(batch["positions"], batch["future"]) for batch in samples]
         positions, future = (torch.cat(parts) for parts in zip(*batches, strict=True))
         self.planner.fit(positions, future)

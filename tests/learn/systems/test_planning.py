@@ -13,6 +13,7 @@ from ogmkit.learn.predict.run import open_run
 from ogmkit.learn.systems.planning import pooled
 from ogmkit.learn.systems.registry import build_system
 from ogmkit.learn.training.train import train
+from ogmkit.metrics.linear import fit_linear_plan
 from ogmkit.samples.index import index_sequences
 from ogmkit.shards.manifest import read_manifest
 
@@ -60,6 +61,20 @@ def test_each_planner_learns_with_all_its_weights(plan_shards, name, no_past):
     assert float(scores["ade"]) == pytest.approx(float(error_m.detach().mean()), rel=1e-5)
     assert float(scores["last_m"]) == pytest.approx(float(error_m[:, -1].detach().mean()), rel=1e-5)
     assert all(panel.shape[:2] == (4, 3) for panel in net.pictures(batch))
+
+
+def test_the_mean_that_is_learnt_from_training_sequences_is_their_linear_plan(plan_shards):
+    net = system(plan_shards, "lstm-ed", mean="linear")
+    batch = batch_of(plan_shards, net)
+    net.prepare([batch])
+    torch.nn.init.zeros_(net.planner.head[-1].weight)
+    torch.nn.init.zeros_(net.planner.head[-1].bias)
+
+    positions, future = (batch[name].double().numpy() for name in ("positions", "future"))
+    plan = fit_linear_plan(positions, future[:, 5], future[:, :5])
+    found = net.eval().predict(batch).plan.mean.detach()
+    np.testing.assert_allclose(found, plan(positions, future[:, 5]), atol=1e-4)
+    assert np.ptp(found.numpy(), axis=0).max() > 0.01  # or one plan would do for all
 
 
 @pytest.mark.parametrize("name", ["mid-to-end", "holistic-cv"])
