@@ -9,23 +9,27 @@ from torch.utils.data import Dataset
 from ogmkit.errors import SettingsError
 from ogmkit.grid import GridSpec
 from ogmkit.learn.data.augment import Augmentation
-from ogmkit.learn.data.pool import ShardPool
+from ogmkit.learn.data.reader import SampleReader
 from ogmkit.learn.data.tensors import Sample, per_frame_tensors, trajectory_tensors
 from ogmkit.samples.arrays import SampleArrays
 from ogmkit.samples.coarse import coarse_grid
 from ogmkit.samples.index import FrameIndex
-from ogmkit.samples.reading import Rows, read_sample
+from ogmkit.samples.pooling import equal_parts
 from ogmkit.samples.spec import SampleSpec
 
 
 class FrameDataset(Dataset[Sample]):
     """Single frames of shards.
 
+    Samples of trajectories and `bev_parts` alone stay in memory once they are read, up to 1 GiB a process.
+
     A sample is a dictionary; it holds what the specification asks for:
 
     - `image`: (3, h, w) float32 RGB, 0 … 1.
     - `masks`: (2, h, w) float32 0/1, drivable and vehicles in camera view, at the image's pixels.
     - `bev`: (2, R, C) float32 0/1, drivable and vehicles on the own grid, by majority of the shard's cells.
+    - `bev_parts`: (2, r, c) float32 0 … 1, shares of drivable and vehicle cells in equal parts of the shard's
+      grid; 0 where a flip brought in cells from outside.
     - `bev_known`: (R, C) float32 0/1, 0 where a flip brought in cells from outside the grid.
     - `bev_from_image`: (3, 3) float64 from pixels of `image` to cells of the shard's grid, w > 0 on ground,
       |h33| = 1; NaN where `homography_valid`, () bool, is False.
@@ -54,6 +58,11 @@ class FrameDataset(Dataset[Sample]):
             raise SettingsError("sample: masks come at the image's pixels, so they need an image size")
         if (spec.bev or spec.lidar) and spec.bev_cell_m is None:
             raise SettingsError("sample: BEV truth and LiDAR images need the side of a BEV cell")
+        if spec.bev_parts is not None and not equal_parts(index.grid, spec.bev_parts):
+            raise SettingsError(
+                f"sample: {spec.bev_parts[0]} × {spec.bev_parts[1]} parts don't divide the grid of "
+                f"{index.grid.rows} × {index.grid.columns} cells on both sides of the ego"
+            )
         if augment is not None:
             augment.require_grid(index.grid)
         self.cameras = index.cameras
@@ -63,7 +72,7 @@ class FrameDataset(Dataset[Sample]):
         self._index = index
         self._spec = spec
         self._augment = augment
-        self._pool = ShardPool(index.paths)
+        self._reader = SampleReader(index, spec)
 
     def __len__(self) -> int:
         return len(self._index)
@@ -79,7 +88,7 @@ class FrameDataset(Dataset[Sample]):
             DataFileError: an image is absent or damaged.
         """
         i, seed = (key, None) if isinstance(key, int) else key
-        arrays = read_sample(self._rows(i), self._spec, self._index.image_root)
+        arrays = self._reader.read(i)
         if self._augment is not None and seed is not None:
             arrays = self._augment.apply(arrays, self.grid, seed)
         place = {"camera": torch.tensor(int(self._index.camera[i])), "index": torch.tensor(i)}
@@ -92,18 +101,13 @@ class FrameDataset(Dataset[Sample]):
     def name(self, i: int) -> str:
         """What messages call a sample: scene, camera, frame and the sample's token."""
         scene, camera, frame = self.place(i)
-        token = replace(self._rows(i), rows=(frame,)).texts("sample_token")[0]
+        token = replace(self._reader.rows(i), rows=(frame,)).texts("sample_token")[0]
         return f"{scene} {camera} frame {frame} ({token})"
 
     def source_size(self, i: int) -> tuple[int, int]:
         """(height, width) of a sample's image before it is resized; of a sequence, the last one's."""
-        height, width = (int(side) for side in self._rows(i).column("image_size")[-1])
+        height, width = (int(side) for side in self._reader.rows(i).column("image_size")[-1])
         return height, width
-
-    def _rows(self, i: int) -> Rows:
-        _, camera, _ = self.place(i)
-        shard = self._pool.shard(int(self._index.shard[i]))
-        return Rows(shard, camera, self._index.rows[i].tolist())
 
     def _tensors(self, arrays: SampleArrays) -> dict[str, Tensor]:
         whole = per_frame_tensors(arrays, self.own_grid, self._factor)

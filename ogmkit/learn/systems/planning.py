@@ -19,7 +19,7 @@ from ogmkit.learn.systems.base import Answer, Batch, Prediction, System
 from ogmkit.learn.systems.trajectory_panel import trajectory_panels
 from ogmkit.metrics.plan import STEPS
 from ogmkit.samples.index import SEQUENCE
-from ogmkit.samples.pooling import pooled_shape
+from ogmkit.samples.pooling import equal_parts, pooled_shape
 from ogmkit.samples.spec import TARGETS, SampleSpec
 
 
@@ -166,12 +166,17 @@ class MidToEndSystem(PlannerSystem):
         return pooled_size(self.grid.shape, self.settings.pool_cells)
 
     def prediction_spec(self, homography: str | None) -> SampleSpec:
-        """The true masks and trajectories."""
+        """The true masks and trajectories; where parts are equal, masks are pooled as they are read."""
         del homography
+        parts = pooled_shape(self.grid.shape, self.settings.pool_cells)
+        if equal_parts(self.grid, parts):
+            return SampleSpec(trajectory=True, bev_parts=parts)
         return SampleSpec(bev_cell_m=self.grid.m_per_cell, bev=True, trajectory=True)
 
     def observed(self, batch: Batch) -> Answer:
         """Masks at all six images."""
+        if "bev_parts" in batch:
+            return {"features": batch["bev_parts"].flatten(2)}
         return {"features": pooled(batch["bev"].flatten(0, 1), self.settings.pool_cells)}
 
 

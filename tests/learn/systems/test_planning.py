@@ -15,6 +15,7 @@ from ogmkit.learn.systems.registry import build_system
 from ogmkit.learn.training.train import train
 from ogmkit.metrics.linear import fit_linear_plan
 from ogmkit.samples.index import index_sequences
+from ogmkit.samples.spec import SampleSpec
 from ogmkit.shards.manifest import read_manifest
 
 CAMERAS = ("CAM_FRONT",)
@@ -136,6 +137,18 @@ def test_masks_are_pooled_to_means_of_their_parts():
     by_hand = masks.reshape(2, 6, 2, 20, 2, 15, 2).mean((4, 6))
     torch.testing.assert_close(found, by_hand)
     assert torch.equal(pooled(masks, 10_000).flatten(), masks.flatten())  # never enlarged
+
+
+@pytest.mark.parametrize(("cells", "as_read"), [(310, True), (700, False), (10_000, True)])
+def test_true_masks_are_pooled_alike_as_they_are_read_and_in_the_network(plan_shards, cells, as_read):
+    net = system(plan_shards, "mid-to-end", pool_cells=cells)
+    batch, whole = batch_of(plan_shards, net), SampleSpec(bev_cell_m=0.5, bev=True)
+    assert ("bev_parts" in batch) is as_read
+    index = index_sequences(plan_shards, ("scene-0001",), CAMERAS, needs=net.spec)
+    masks = torch.stack([SequenceDataset(index, whole)[i]["bev"] for i in range(4)])
+    features = net.observed(batch)["features"]
+    assert features.shape == (4, 6, net.feature_size())
+    torch.testing.assert_close(features, pooled(masks.flatten(0, 1), cells))
 
 
 def test_masks_in_camera_view_and_on_the_plane_give_a_planner_as_many_numbers():
