@@ -87,7 +87,7 @@ def step(system):
 
 def batch_of(system):
     """A sample of noise: what it shows doesn't change what it costs."""
-    height, width = system.settings.image_size
+    height, width = getattr(system.settings, "image_size", (448, 800))  # some see no images
     rows, columns = getattr(system, "own_grid", system.grid).shape
     level_from_camera = torch.eye(4, dtype=torch.float64)
     level_from_camera[:3, :3] = torch.tensor([[0.0, 0, 1], [-1, 0, 0], [0, -1, 0]])
@@ -103,6 +103,7 @@ def batch_of(system):
         "image": torch.rand(*lead, 3, height, width),
         "masks": torch.rand(*lead, 2, height, width).round(),
         "bev": torch.rand(*lead, 2, rows, columns).round(),
+        "bev_parts": torch.rand(*lead, 2, *(system.spec.bev_parts or (1, 1))),
         "bev_known": torch.ones(*lead, rows, columns),
         "lidar": torch.rand(*lead, 3, rows, columns),
         "bev_from_image": homography.expand(*lead, 3, 3),

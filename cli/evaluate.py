@@ -132,6 +132,7 @@ def command(
     constant-velocity  the last displacement, repeated
     straight-line      equal steps to the destination
     cubic              polynomial in time through the last two positions, the present one, the destination
+    linear             least squares from past and destination, fitted to the split train
     """  # noqa: D301  # Click wants the character
     if pictures is not None and not runs:
         raise click.UsageError("--pictures needs a RUN.")

@@ -57,6 +57,7 @@ def listed(names: Sequence[str], most: int) -> str:
 def _hint(name: str, known: Sequence[str]) -> str:
     """What may be meant by a name, or else what there is."""
     close = difflib.get_close_matches(name, known, n=3, cutoff=0.6)
+    close = close or [one for one in known if name and one.startswith(name)][:3]
     if close:
         return f"did you mean {' or '.join(close)}?"
     return f"there are: {listed(known, _LISTED) or 'none'}"

@@ -2,12 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import ClassVar, Self
+from typing import ClassVar, Literal, Self
 
 from ogmkit.base.stated import setting, with_default
 from ogmkit.errors import SettingsError
 from ogmkit.learn.perception_settings import ImageTraining, MaskTraining
 from ogmkit.learn.settings import TrainSettings
+
+Mean = Literal["zero", "linear"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,6 +20,11 @@ class PlannerTraining(TrainSettings):
     batch_size: int = with_default(TrainSettings, "batch_size", 10)
     clip_norm: float = with_default(TrainSettings, "clip_norm", 1.0)
     hidden: int = setting(128, "Size of the states of the planner's LSTMs.", "Model", low=1, high=65536)
+    mean: Mean = setting(
+        "zero",
+        "What the planner's means are added to: zero, or the linear least-squares plan of the training set.",
+        "Model",
+    )
 
     @property
     def sees_past(self) -> bool:
@@ -30,6 +37,11 @@ class ObservingTraining(PlannerTraining):
     """Of a planner that sees more than the past, and may do without it."""
 
     no_past: bool = setting(False, "Do without the past trajectory.", "Model")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.no_past and self.mean == "linear":
+            raise SettingsError("mean: linear reads the past: leave out no_past, or choose zero")
 
     @property
     def sees_past(self) -> bool:
@@ -46,12 +58,12 @@ class ObservingTraining(PlannerTraining):
 class PoolingTraining(ObservingTraining):
     """Of a planner that sees masks."""
 
-    pool: tuple[int, int] = setting(
-        (100, 55),
-        "Size that masks are averaged to, at most, before the planner sees them.",
+    pool_cells: int = setting(
+        5500,
+        "Maximum number of cells that masks are averaged to, by each map's own aspect, before the planner "
+        "sees them.",
         "Model",
         low=1,
-        form="ROWSxCOLUMNS",
     )
 
 

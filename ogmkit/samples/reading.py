@@ -1,6 +1,7 @@
 """Reading frames of a camera from a shard, at the size that is wanted."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -17,6 +18,7 @@ from ogmkit.geometry.se3 import transform_points
 from ogmkit.nuscenes.paths import resolve
 from ogmkit.samples.arrays import SampleArrays, scaled
 from ogmkit.samples.images import decode_resized
+from ogmkit.samples.pooling import Counts, part_counts, shares
 from ogmkit.samples.spec import TARGETS, SampleSpec
 from ogmkit.shards.faults import damaged
 from ogmkit.shards.reader import Shard
@@ -70,7 +72,7 @@ def read_sample(frames: Rows, spec: SampleSpec, image_root: Path | None) -> Samp
         ShardError: the shard is damaged or lacks something.
         DataFileError: an image is absent, damaged or of another size than its record.
     """
-    try:
+    with _damage_named(frames):
         source_size = frames.column("image_size")
         size = source_size if spec.image_size is None else np.tile(spec.image_size, (len(source_size), 1))
         parts: dict[str, Any] = {}
@@ -79,15 +81,39 @@ def read_sample(frames: Rows, spec: SampleSpec, image_root: Path | None) -> Samp
         if spec.masks is not None:
             parts["masks"] = _masks(frames, spec.masks, size)
         if spec.bev:
-            parts["bev"] = np.stack([frames.column(target) for target in TARGETS], axis=1)
+            parts["bev"] = _bev(frames)
             parts["known_columns"] = np.ones(parts["bev"].shape[-1], np.bool_)
+        if spec.bev_parts is not None:
+            bev = _bev(frames)
+            parts["bev_parts"] = shares(part_counts(bev, spec.bev_parts), bev.shape[-2:])
         if spec.lidar:
             parts["points_level"] = _points(frames)
         return SampleArrays(
             size, **parts, **_geometry(frames, spec, source_size, size), **_motion(frames, spec)
         )
+
+
+def read_part_counts(frames: Rows, parts: tuple[int, int]) -> Counts:
+    """(T, 2, r, c) how many cells of each of r × c equal parts of the grid are drivable, and vehicles.
+
+    Raises:
+        ShardError: the shard is damaged or lacks something.
+    """
+    with _damage_named(frames):
+        return part_counts(_bev(frames), parts)
+
+
+@contextmanager
+def _damage_named(frames: Rows) -> Iterator[None]:
+    try:
+        yield
     except (OSError, RuntimeError) as error:
         raise damaged(frames.shard.path, error) from error
+
+
+def _bev(frames: Rows) -> UInt8Array:
+    """(T, 2, rows, columns) drivable and vehicles."""
+    return np.stack([frames.column(target) for target in TARGETS], axis=1)
 
 
 def _images(

@@ -22,7 +22,7 @@ def require_extracted(out: Path, manifest: Manifest, needs: SampleSpec) -> None:
         ShardError: they were not, or images are kept as paths into a dataset that is not there.
     """
     settings = manifest.settings.targets
-    if needs.bev or needs.masks is not None:
+    if needs.sees_bev or needs.masks is not None:
         require_drivable(out, manifest)
     again = _again(out, manifest)
     if needs.lidar and not settings.lidar:

@@ -22,6 +22,8 @@ class SampleSpec:
         lidar: whether the LiDAR image is wanted; needs `bev_cell_m`.
         bev: whether the BEV truth is wanted; needs `bev_cell_m`.
         trajectory: whether past and future are wanted.
+        bev_parts: (rows, columns) of equal parts of the shard's grid that BEV truth is averaged over; None
+            where that is not wanted.
     """
 
     image_size: tuple[int, int] | None = None
@@ -33,3 +35,14 @@ class SampleSpec:
     bev: bool = False
     trajectory: bool = False
     image: bool = True
+    bev_parts: tuple[int, int] | None = None
+
+    @property
+    def sees_bev(self) -> bool:
+        """Whether BEV truth is wanted, by cells or averaged."""
+        return self.bev or self.bev_parts is not None
+
+    @property
+    def is_small(self) -> bool:
+        """Whether trajectories and averages over parts are all that is wanted."""
+        return self == SampleSpec(trajectory=self.trajectory, bev_parts=self.bev_parts)

@@ -32,6 +32,7 @@ def test_names_come_in_the_order_known(wanted, expected):
         ("scene-61", "folder: unknown scene 'scene-61'; did you mean scene-0061 or"),
         ("scene-09*", "folder: no scene matches 'scene-09*'; did you mean scene-"),
         ("Scene-00*", "folder: no scene matches 'Scene-00*'; did you mean scene-0"),
+        ("sc", "folder: unknown scene 'sc'; did you mean scene-0061 or scene-0103 or scene-0553?"),
         ("*.h5", "folder: no scene matches '*.h5'; there are: scene-0061, scene-0103, scene-0553, odd[1]"),
     ],
 )

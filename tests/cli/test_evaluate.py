@@ -15,6 +15,7 @@ from ogmkit_cli.evaluate import command
 from ogmkit_cli.main import main
 
 from ogmkit.evaluation.planning import evaluate as planning
+from ogmkit.evaluation.planning.fixed import FIXED
 from ogmkit.evaluation.planning.result import PlanEvaluation, PlanFigure, PlanSample
 from ogmkit.evaluation.settings import EvaluateSettings
 from ogmkit.metrics.displacement import METRICS, READINGS
@@ -88,10 +89,10 @@ def planners(tmp_path, monkeypatch, runs):
             sequences=2,
             cameras=("CAM_FRONT",),
             systems=names,
-            fixed=planning.FIXED,
+            fixed=FIXED,
             figures=tuple(
                 PlanFigure(name, metric, horizon_s, reading, 0.5, 0.25, 0.75)
-                for name in (*names, *planning.FIXED)
+                for name in (*names, *FIXED)
                 for metric in METRICS
                 for horizon_s in (0.5, 1.5, 2.5)
                 for reading in READINGS
@@ -248,7 +249,7 @@ def test_bad_input_takes_one_line(shards, runs, arguments, message, complaints):
 def test_help_explains_each_row_for_free_on_a_line_of_its_own():
     begins = {line.split()[0] for line in run("--help").stdout.splitlines() if line.split()}
     assert {"all-drivable", "mean-map", "ceiling-SOURCE", "ceiling-full-body"} <= begins
-    assert {*planning.FIXED} <= begins
+    assert {*FIXED} <= begins
 
 
 def test_planners_have_a_table_of_their_own(shards, planners, complaints):
@@ -260,12 +261,12 @@ def test_planners_have_a_table_of_their_own(shards, planners, complaints):
     assert lines[2].startswith(
         "displacement at the horizon, in metres; `ogmkit evaluate --all` adds the mean "
     )
-    groups, header, *table = lines[4:11]
+    groups, header, *table = lines[4:12]
     assert re.fullmatch(" +-+ ADE -+  -+ L1 longitudinal -+  -+ L1 lateral -+", groups)
     assert header.split() == ["system", *["0.5", "s", "1.5", "s", "2.5", "s"] * 3]
     assert table[0].split() == ["planner", *["0.50"] * 9]
     assert set(table[1]) == {"-"}
-    assert [line.split()[0] for line in table[2:]] == ["constant-velocity", "straight-line", "cubic"]
+    assert [line.split()[0] for line in table[2:]] == [*FIXED[1:]]
     assert len({len(line) for line in (groups, header, *table)}) == 1
     assert not any("IoU" in line for line in lines)
 

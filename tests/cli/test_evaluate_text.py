@@ -7,7 +7,7 @@ import pytest
 from ogmkit_cli.evaluate_text import WIDTH, report_text
 
 from ogmkit.evaluation.formats import report_of
-from ogmkit.evaluation.planning.evaluate import FIXED
+from ogmkit.evaluation.planning.fixed import FIXED
 from ogmkit.evaluation.planning.result import PlanEvaluation, PlanFigure
 from ogmkit.evaluation.result import Evaluation, Figure
 from ogmkit.evaluation.tables import Report, Table

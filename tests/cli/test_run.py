@@ -34,7 +34,8 @@ ALL = """
 homography: {head: four-point}
 footprints: {colour: 0.3, optimizer: adamw, checkpoint_every: 2}
 baselines: [{system: footprints, masks: full-body}]
-planners: [{system: lstm-ed, lr: 1e-2}, {system: mid-to-end, no_past: true}, {system: holistic, pool: [8, 6]}]
+planners:
+  [{system: lstm-ed, lr: 1e-2}, {system: mid-to-end, no_past: true}, {system: holistic, pool_cells: 48}]
 """
 
 

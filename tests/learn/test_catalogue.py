@@ -36,7 +36,7 @@ def test_the_papers_settings_of_stage_1_are_the_defaults(system, encoder, lr):
 def test_the_papers_settings_of_stage_2_are_the_defaults(system):
     settings = CATALOGUE[system].settings()
     assert (settings.epochs, settings.batch_size, settings.lr, settings.momentum) == (200, 10, 1e-3, 0.9)
-    assert settings.hidden == 128
+    assert (settings.hidden, settings.mean) == (128, "zero")
 
 
 def test_oft_works_on_cells_of_a_metre_and_others_on_the_shards():
@@ -54,7 +54,7 @@ def test_settings_are_read_by_the_systems_that_need_them():
     assert readers("warp") == ("holistic",)
     assert readers("masks") == ("footprints", "holistic", "holistic-cv")
     assert readers("no_past") == ("end-to-end", "mid-to-end", "holistic", "holistic-cv")
-    assert readers("pool") == ("mid-to-end", "holistic", "holistic-cv")
+    assert readers("pool_cells") == ("mid-to-end", "holistic", "holistic-cv")
     assert readers("bev_cell_m") == ("ved", "oft", "bev-lidar")
     assert "bev-lidar" not in readers("image_size")
     assert set(readers("lr")) == set(CATALOGUE)
@@ -106,6 +106,11 @@ def test_predicting_needs_neither_weights_nor_recomputation():
         ({"system": "homography", "head": "six-point"}, "did you mean four-point"),
         ({"system": "oft", "val_split": "train"}, "are both 'train'"),
         ({"system": "holistic", "freeze": ["perception"]}, "freeze: a perception needs weights"),
+        ({"system": "holistic", "pool": [100, 55]}, "unknown setting 'pool'; did you mean pool_cells"),
+        ({"system": "holistic", "no_past": True, "mean": "linear"}, "mean: linear reads the past"),
+        ({"system": "end-to-end", "no_past": True, "mean": "linear"}, "mean: linear reads the past"),
+        ({"system": "lstm-ed", "mean": "linaer"}, "did you mean linear"),
+        ({"system": "mid-to-end", "pool_cells": 0}, "pool_cells: 0 is below 1"),
         ({"system": "footprints", "kl_weight": 2.0}, "kl_weight: footprints does not read it; ved does"),
         (
             {"system": "lstm-ed", "no_past": True},

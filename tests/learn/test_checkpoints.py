@@ -87,7 +87,7 @@ def test_a_pickle_is_refused_and_not_run(tmp_path):
         ([1, 2], "not a checkpoint of ogmkit"),
         ({"state_dict": {}, "ogmkit": {"format_version": 1}}, "format 1, not 4; train again"),
         ({"state_dict": {}, "ogmkit": {"format_version": 99}}, "format 99, not 4"),
-        ({"state_dict": {}, "ogmkit": {"format_version": 3}}, "says of itself is damaged"),
+        ({"state_dict": {}, "ogmkit": {"format_version": 4}}, "says of itself is damaged"),
     ],
 )
 def test_foreign_checkpoints_are_named(tmp_path, content, message):

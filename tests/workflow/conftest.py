@@ -22,7 +22,7 @@ VALUES = {
     },
     "homography": {"head": "four-point"},
     "footprints": {},
-    "planners": ["lstm-ed", {"system": "mid-to-end", "pool": [8, 6]}],
+    "planners": ["lstm-ed", {"system": "mid-to-end", "pool_cells": 48}],
     "evaluate": {"samples": 1, "limit": 4},
 }
 

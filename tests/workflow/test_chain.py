@@ -169,7 +169,7 @@ def test_a_change_does_anew_what_depends_on_it(finished, chain_config, changes, 
 
 def test_a_planners_learning_rate_trains_that_planner_and_scores_planners(out, chain_config):
     before = tables(out)
-    changed = [{"system": "lstm-ed", "lr": 0.5}, {"system": "mid-to-end", "pool": [8, 6]}]
+    changed = [{"system": "lstm-ed", "lr": 0.5}, {"system": "mid-to-end", "pool_cells": 48}]
     config = chain_config(out, planners=changed)
     assert pending(config) == {
         "train lstm-ed": "lr is 0.5 here but 0.001 there",

@@ -30,7 +30,6 @@ CHANGED = {
     "masks": "full-body",
     "target": "dlt",
     "warp": "dlt",
-    "pool": [10, 5],
     "blocks": 3,
     "bev_cell_m": 2.0,
     "perception": None,

@@ -7,16 +7,16 @@ import numpy as np
 
 from ogmkit.base.names import with_number
 from ogmkit.base.news import Found, tell
+from ogmkit.evaluation.planning.fixed import FIXED, TRUTH, fixed_plans, linear_note
 from ogmkit.evaluation.planning.planners import planners_of, plans_of
 from ogmkit.evaluation.planning.result import PlanEvaluation, PlanFigure, PlanSample
-from ogmkit.evaluation.planning.sequences import Sequences, sequences_of
+from ogmkit.evaluation.planning.sequences import Sequences, sequences_of, training_sequences
 from ogmkit.evaluation.planning.surroundings import surrounding_values
 from ogmkit.evaluation.progress import Progress, Tick, spread, ticker
 from ogmkit.evaluation.runs import OpenRun
 from ogmkit.evaluation.seen import seen_by
 from ogmkit.evaluation.settings import EvaluateSettings
 from ogmkit.metrics.bootstrap import estimate, interval_notes
-from ogmkit.metrics.controls import CONTROLS
 from ogmkit.metrics.displacement import (
     METRICS,
     READINGS,
@@ -26,12 +26,8 @@ from ogmkit.metrics.displacement import (
     scene_sums,
 )
 from ogmkit.metrics.plan import Plan
-from ogmkit.metrics.plans import Plans, columns_of, points_only
+from ogmkit.metrics.plans import Plans, columns_of
 from ogmkit.shards.manifest import read_manifest
-
-TRUTH = "truth"
-"""The row of what was driven: without errors, but not always on drivable cells."""
-FIXED = (TRUTH, *CONTROLS)
 
 
 def evaluate_plans(
@@ -47,7 +43,8 @@ def evaluate_plans(
     """Evaluate planners on a split of a folder of shards, beside controls that need no run.
 
     All rows are scored on the same sequences: all with a valid trajectory and six images without a gap. An
-    image without a valid homography counts as warped to nothing.
+    image without a valid homography counts as warped to nothing. The linear control is fitted to the split
+    `train`, and to no scene that is evaluated; without such a scene there is none.
 
     Args:
         shards: a folder that an extraction finished.
@@ -69,13 +66,15 @@ def evaluate_plans(
     sequences = sequences_of(
         shards, split=chosen.split, split_file=split_file, cameras=cameras, limit=chosen.limit
     )
+    training = training_sequences(shards, sequences, limit=chosen.limit)
     planners = planners_of(runs, shards, sequences, homography=chosen.homography, reserved=FIXED)
     seen = seen_by({one.name: one.run.checkpoint for one in planners}, sequences.scene_names)
     tell(Found(f"{sequences.index.counted('sequence')}; {with_number(len(planners), 'run')}"))
     passes = 1 + len(planners) + bool(planners)
     tick = ticker(on_progress, passes * len(sequences))
     # The rows for free first: that is quick, and finds what is wrong with the shards.
-    fixed = tuple(_figures(sequences, _fixed_plans(sequences), tick))
+    for_free = fixed_plans(sequences, training)
+    fixed = tuple(_figures(sequences, for_free, tick))
     # One after the other: only one network is held at a time.
     planned = {
         one.name: plans_of(one, sequences, batch_size=chosen.batch_size, workers=workers, tick=tick)
@@ -89,12 +88,13 @@ def evaluate_plans(
         sequences=len(sequences),
         cameras=sequences.index.cameras,
         systems=tuple(planned),
-        fixed=FIXED,
+        fixed=tuple(for_free),
         figures=figures + fixed,
         notes=(
             *(one.note for one in planners),
             *seen.notes(),
-            *([sequences.note] if sequences.note else []),
+            *([sequences.reported.note] if sequences.reported.note else []),
+            linear_note(training),
             *interval_notes(sequences.scenes),
             *_unknown(shards),
             *_unbeaten(figures, fixed),
@@ -110,14 +110,6 @@ def _samples(sequences: Sequences, planned: Mapping[str, Sequence[Plan]], count:
     for name, plans in planned.items():
         for number in sorted(spread(count, len(sequences))):
             yield PlanSample(name, sequences.index.place(number), plans[number])
-
-
-def _fixed_plans(sequences: Sequences) -> Mapping[str, Plans]:
-    controls = {
-        name: points_only(control(sequences.past, sequences.destination))
-        for name, control in CONTROLS.items()
-    }
-    return {TRUTH: points_only(sequences.truth), **controls}
 
 
 def _figures(sequences: Sequences, rows: Mapping[str, Plans], tick: Tick) -> Iterator[PlanFigure]:
@@ -151,6 +143,6 @@ def _unbeaten(figures: Sequence[PlanFigure], fixed: Sequence[PlanFigure]) -> Ite
 
     controls = errors(fixed)
     for system, error in errors(figures).items():
-        better = [name for name in CONTROLS if controls[name] <= error]
+        better = [name for name, value in controls.items() if name != TRUTH and value <= error]
         if better:
             yield (f"{system} does not beat {', '.join(better)} by ADE up to {last_s:g} s: no result")

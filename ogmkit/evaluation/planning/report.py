@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
-from ogmkit.evaluation.planning.evaluate import TRUTH
+from ogmkit.evaluation.planning.fixed import TRUTH
 from ogmkit.evaluation.planning.result import PlanEvaluation, PlanFigure
 from ogmkit.evaluation.tables import WITH_INTERVAL, Report, Table, counted, further_tables, shown
 from ogmkit.metrics.displacement import READINGS
@@ -57,7 +57,8 @@ def _explanations(evaluation: PlanEvaluation, all_tables: bool, intervals: bool)
         yield "Intervals come from resampling scenes."
     yield (
         "constant-velocity: the last displacement, repeated; straight-line: equal steps to the destination; "
-        "cubic: the polynomial in time through the last two positions, the present one and the destination."
+        "cubic: the polynomial in time through the last two positions, the present one and the destination; "
+        "linear: least squares from the past and the destination, over sequences of other scenes."
     )
     yield from evaluation.notes
 

@@ -1,14 +1,14 @@
 """The sequences that planners are evaluated on, and the paths that were driven."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from ogmkit.base.steps import STEPS as TRAJECTORY
-from ogmkit.errors import ShardError
-from ogmkit.evaluation.scope import reported_scenes
+from ogmkit.errors import ShardError, TrainingError
+from ogmkit.evaluation.scope import Reported, reported_scenes
 from ogmkit.metrics.plan import STEPS
 from ogmkit.samples.index import FrameIndex, index_sequences
 from ogmkit.samples.poses import require_finite_poses
@@ -24,21 +24,24 @@ class Sequences:
     """N sequences with valid trajectories; positions in metres, in the level frame of the last image.
 
     Attributes:
-        split: the name of their split.
-        note: how that differs from the shards' split of this name; empty where it doesn't.
+        reported: the scenes that they were looked for in.
         index: their places.
         past: (N, 6, 2) at steps −6 … −1.
         future: (N, 6, 2) at steps 1 … 6; the last one is the destination.
     """
 
-    split: str
-    note: str
+    reported: Reported
     index: FrameIndex
     past: FloatArray
     future: FloatArray
 
     def __len__(self) -> int:
         return len(self.index)
+
+    @property
+    def split(self) -> str:
+        """The name of their split."""
+        return self.reported.split
 
     @property
     def truth(self) -> FloatArray:
@@ -86,13 +89,42 @@ def sequences_of(
         TrainingError: the split has no sequence.
     """
     reported = reported_scenes(shards, split, split_file)
+    return _sequences(shards, reported, cameras, limit)
+
+
+def training_sequences(shards: Path, evaluated: Sequences, *, limit: int | None) -> Sequences | None:
+    """The sequences of the scenes to learn from, but for those that are evaluated.
+
+    Args:
+        shards: a folder that an extraction finished.
+        evaluated: the sequences to evaluate on; their cameras are taken.
+        limit: sequences at most, evenly spread.
+
+    Returns:
+        None where there are none.
+
+    Raises:
+        TableError, ShardError: as `sequences_of`.
+    """
+    reported = evaluated.reported
+    unseen = tuple(scene for scene in reported.training if scene not in reported.scenes)
+    if not unseen:
+        return None
+    try:
+        return _sequences(shards, replace(reported, scenes=unseen), evaluated.index.cameras, limit)
+    except TrainingError:
+        return None
+
+
+def _sequences(shards: Path, reported: Reported, cameras: Sequence[str], limit: int | None) -> Sequences:
+    """The sequences of some scenes, and their paths."""
     needs = SampleSpec(trajectory=True)
     index = index_sequences(shards, reported.scenes, cameras, needs=needs, valid_only=False, limit=limit)
     require_finite_poses(index)
     past, future = np.empty((2, len(index), TRAJECTORY, 2))
     for shard, camera, samples in index.by_camera():
         past[samples], future[samples] = _paths(shard, camera, index.frame[samples])
-    return Sequences(reported.split, reported.note, index, past, future)
+    return Sequences(reported, index, past, future)
 
 
 def planned_rows(shard: Shard, camera: str) -> tuple[IntArray, BoolArray]:

@@ -106,6 +106,7 @@ def flipped(sample: SampleArrays, grid: GridSpec) -> SampleArrays:
     Args:
         sample: is left as it is.
         grid: of `bev`; twice its ego column is whole. Cells mirrored from outside the grid are 0 and unknown.
+            A flip takes each of `bev_parts` to another (`ogmkit.samples.pooling.equal_parts`).
     """
     image_mirrors = np.stack([image_mirror(width) for width in sample.image_size[:, 1]])
     return replace(
@@ -113,8 +114,9 @@ def flipped(sample: SampleArrays, grid: GridSpec) -> SampleArrays:
         image=_of(sample.image, lambda image: image[:, :, ::-1]),
         masks=_of(sample.masks, lambda masks: masks[..., ::-1]),
         known_pixels=_of(sample.known_pixels, lambda known: known[..., ::-1]),
-        bev=_of(sample.bev, lambda bev: _mirrored_columns(bev, grid)),
-        known_columns=_of(sample.known_columns, lambda known: _mirrored_columns(known, grid)),
+        bev=_of(sample.bev, lambda bev: _mirrored_columns(bev, grid.ego_column)),
+        bev_parts=_of(sample.bev_parts, lambda parts: _mirrored_parts(parts, grid)),
+        known_columns=_of(sample.known_columns, lambda known: _mirrored_columns(known, grid.ego_column)),
         bev_from_image=_of(
             sample.bev_from_image, lambda matrix: scaled(bev_mirror(grid) @ matrix @ image_mirrors)
         ),
@@ -133,10 +135,16 @@ def _of(value: _Part | None, function: Callable[[_Part], _Part]) -> _Part | None
     return None if value is None else function(value)
 
 
-def _mirrored_columns(cells: NDArray[_Value], grid: GridSpec) -> NDArray[_Value]:
+def _mirrored_parts(parts: NDArray[_Value], grid: GridSpec) -> NDArray[_Value]:
+    """(..., c) averages over equal parts of the grid, as of its mirrored columns."""
+    return _mirrored_columns(parts, grid.ego_column * parts.shape[-1] / grid.columns)
+
+
+def _mirrored_columns(cells: NDArray[_Value], ego_column: float) -> NDArray[_Value]:
     """(..., columns) mirrored about the ego's; 0 where the mirror shows cells outside the grid."""
-    both = round(2 * grid.ego_column) - 1  # a column and its mirror image add up to this
-    first, last = max(0, both - grid.columns + 1), min(grid.columns - 1, both)
+    columns = cells.shape[-1]
+    both = round(2 * ego_column) - 1  # a column and its mirror image add up to this
+    first, last = max(0, both - columns + 1), min(columns - 1, both)
     result = np.zeros_like(cells)
     if first <= last:
         result[..., first : last + 1] = cells[..., both - last : both - first + 1][..., ::-1]

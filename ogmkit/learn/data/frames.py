@@ -9,17 +9,19 @@ from torch.utils.data import Dataset
 from ogmkit.errors import SettingsError
 from ogmkit.grid import GridSpec
 from ogmkit.learn.data.augment import Augmentation
-from ogmkit.learn.data.pool import ShardPool
+from ogmkit.learn.data.reader import SampleReader
 from ogmkit.learn.data.tensors import Sample, per_frame_tensors, trajectory_tensors
 from ogmkit.samples.arrays import SampleArrays
 from ogmkit.samples.coarse import coarse_grid
 from ogmkit.samples.index import FrameIndex
-from ogmkit.samples.reading import Rows, read_sample
+from ogmkit.samples.pooling import equal_parts
 from ogmkit.samples.spec import SampleSpec
 
 
 class FrameDataset(Dataset[Sample]):
     """Single frames of shards.
+
+    Samples of trajectories and `bev_parts` alone stay in memory once they are read, up to 1 GiB a process.
 
     A sample is a dictionary; it holds what the specification asks for:
 
@@ -27,6 +29,8 @@ class FrameDataset(Dataset[Sample]):
     - `masks`: (2, h, w) float32 0/1, drivable and vehicles in camera view, at the image's pixels.
     - `masks_known`: (h, w) float32 0/1, beside masks whose camera was turned: 0 beyond the image's edge.
     - `bev`: (2, R, C) float32 0/1, drivable and vehicles on the own grid, by majority of the shard's cells.
+    - `bev_parts`: (2, r, c) float32 0 … 1, shares of drivable and vehicle cells in equal parts of the shard's
+      grid; 0 where a flip brought in cells from outside.
     - `bev_known`: (R, C) float32 0/1, 0 where a flip brought in cells from outside the grid.
     - `bev_from_image`: (3, 3) float64 from pixels of `image` to cells of the shard's grid, w > 0 on ground,
       |h33| = 1; NaN where `homography_valid`, () bool, is False.
@@ -56,6 +60,11 @@ class FrameDataset(Dataset[Sample]):
             raise SettingsError("sample: masks come at the image's pixels, so they need an image size")
         if (spec.bev or spec.lidar) and spec.bev_cell_m is None:
             raise SettingsError("sample: BEV truth and LiDAR images need the side of a BEV cell")
+        if spec.bev_parts is not None and not equal_parts(index.grid, spec.bev_parts):
+            raise SettingsError(
+                f"sample: {spec.bev_parts[0]} × {spec.bev_parts[1]} parts don't divide the grid of "
+                f"{index.grid.rows} × {index.grid.columns} cells on both sides of the ego"
+            )
         if augment is not None:
             augment.require_grid(index.grid)
         self.cameras = index.cameras
@@ -65,7 +74,8 @@ class FrameDataset(Dataset[Sample]):
         self._index = index
         self._spec = spec
         self._augment = augment
-        self._pool = ShardPool(index.paths)
+        calibrated = replace(spec, calibration=spec.calibration or (augment is not None and augment.turns))
+        self._reader = SampleReader(index, calibrated)
 
     def __len__(self) -> int:
         return len(self._index)
@@ -95,26 +105,19 @@ class FrameDataset(Dataset[Sample]):
     def name(self, i: int) -> str:
         """What messages call a sample: scene, camera, frame and the sample's token."""
         scene, camera, frame = self.place(i)
-        token = replace(self._rows(i), rows=(frame,)).texts("sample_token")[0]
+        token = replace(self._reader.rows(i), rows=(frame,)).texts("sample_token")[0]
         return f"{scene} {camera} frame {frame} ({token})"
 
     def source_size(self, i: int) -> tuple[int, int]:
         """(height, width) of a sample's image before it is resized; of a sequence, the last one's."""
-        height, width = (int(side) for side in self._rows(i).column("image_size")[-1])
+        height, width = (int(side) for side in self._reader.rows(i).column("image_size")[-1])
         return height, width
-
-    def _rows(self, i: int) -> Rows:
-        _, camera, _ = self.place(i)
-        shard = self._pool.shard(int(self._index.shard[i]))
-        return Rows(shard, camera, self._index.rows[i].tolist())
 
     def _arrays(self, i: int, seed: int | None) -> SampleArrays:
         """A sample as it is, or augmented where there is a seed."""
-        rows, root = self._rows(i), self._index.image_root
-        if self._augment is None or seed is None:
-            return read_sample(rows, self._spec, root)
-        calibrated = replace(self._spec, calibration=self._spec.calibration or self._augment.turns)
-        arrays = self._augment.apply(read_sample(rows, calibrated, root), self.grid, seed)
+        arrays = self._reader.read(i)
+        if self._augment is not None and seed is not None:
+            arrays = self._augment.apply(arrays, self.grid, seed)
         return arrays if self._spec.calibration else replace(arrays, intrinsics=None, level_from_camera=None)
 
     def _tensors(self, arrays: SampleArrays) -> dict[str, Tensor]:

@@ -37,6 +37,8 @@ def per_frame_tensors(arrays: SampleArrays, own_grid: GridSpec | None, factor: i
         known = _float32(np.all(arrays.known_columns.reshape(-1, factor), axis=1))
         frames, _, rows, columns = sample["bev"].shape
         sample["bev_known"] = known.expand(frames, rows, columns)
+    if arrays.bev_parts is not None:
+        sample["bev_parts"] = _float32(arrays.bev_parts)
     if arrays.points_level is not None and own_grid is not None:
         images = np.stack([lidar_image(points, own_grid) for points in arrays.points_level])
         sample["lidar"] = torch.from_numpy(images)

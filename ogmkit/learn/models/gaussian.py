@@ -32,7 +32,7 @@ def gaussian_of(raw: Tensor, middle_m: Tensor, unit_m: Tensor) -> tuple[Tensor, 
     Args:
         raw: (B, 5): mean of x and y from `middle_m` on, two for the standard deviations, all four in
             units of `unit_m`; one for the correlation.
-        middle_m: (2,) metres.
+        middle_m: (2,) or (B, 2) metres.
         unit_m: (2,) metres.
 
     Returns:

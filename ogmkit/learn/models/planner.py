@@ -5,45 +5,18 @@ from torch import Tensor, nn
 
 from ogmkit.errors import SettingsError
 from ogmkit.learn.models.gaussian import Gaussians, gaussian_of
+from ogmkit.learn.models.linear_mean import LinearMean
+from ogmkit.learn.models.standard import Standard
 from ogmkit.metrics.plan import STEPS
 
 EMBEDDING = 64
 _PARAMETERS = 5
-_LEAST_SPREAD = 1e-3
-"""What hardly varies is not blown up."""
 
 
 def polar(points: Tensor) -> Tensor:
     """Distance and direction of (..., 2) points x, y: (..., 2) r and α, α = atan2(y, x), 0 at the origin."""
     angle = torch.atan2(points[..., 1], points[..., 0])
     return torch.stack([torch.linalg.vector_norm(points, dim=-1), angle], dim=-1)
-
-
-class Standard(nn.Module):
-    """Fixed means and spreads of two coordinates, by which a network sees numbers of about ±1.
-
-    Attributes:
-        mean: (2,).
-        spread: (2,), standard deviations.
-    """
-
-    mean: Tensor
-    spread: Tensor
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.register_buffer("mean", torch.zeros(2))
-        self.register_buffer("spread", torch.ones(2))
-
-    def fit(self, values: Tensor) -> None:
-        """Take the statistics of (..., 2) values, in float64."""
-        flat = values.reshape(-1, 2).double()
-        self.mean.copy_(flat.mean(0))
-        self.spread.copy_(flat.std(0, correction=0).clamp(min=_LEAST_SPREAD))
-
-    def forward(self, values: Tensor) -> Tensor:
-        """(..., 2) standardised."""
-        return (values - self.mean) / self.spread
 
 
 class Planner(nn.Module):
@@ -56,19 +29,27 @@ class Planner(nn.Module):
     could not turn an angle into a place. Coordinates are standardised by the training split, going in and
     coming out (`fit`): a car's places across its way differ by centimetres, along it by tens of metres.
 
+    On a linear mean it learns what that leaves over: φ_s then gives the mean's distance from the linear plan,
+    standardised as such. The decoder goes on embedding the whole mean, in the standardisation of places.
+
     Args:
         features: numbers a time step; 0 for a planner that sees none.
         past: whether it is told the ego's past positions.
         hidden: size of both LSTMs' states.
+        linear_mean: whether its means are learnt on top of the training split's linear plan.
 
     Raises:
-        SettingsError: it would see nothing at all.
+        SettingsError: it would see nothing at all, or its linear mean no past.
     """
 
-    def __init__(self, features: int, *, past: bool = True, hidden: int = 128) -> None:
+    def __init__(
+        self, features: int, *, past: bool = True, hidden: int = 128, linear_mean: bool = False
+    ) -> None:
         super().__init__()
         if not features and not past:
             raise SettingsError("a planner without features needs the past: leave out --no-past")
+        if linear_mean and not past:
+            raise SettingsError("a linear mean is one of past and destination: leave out --no-past")
         self.embed_features = _embedding(features) if features else None
         self.embed_position = _embedding(2) if past else None
         self.encoder = nn.LSTM(EMBEDDING * (bool(features) + past), hidden, batch_first=True)
@@ -76,9 +57,10 @@ class Planner(nn.Module):
         self.decoder = nn.LSTMCell(EMBEDDING, hidden)
         self.head = nn.Sequential(_embedding(hidden + 2), nn.Linear(EMBEDDING, _PARAMETERS))
         self.of_positions, self.of_destination, self.of_targets = Standard(), Standard(), Standard()
+        self.linear_mean = LinearMean() if linear_mean else None
 
     def fit(self, positions: Tensor, future: Tensor) -> None:
-        """Learn the coordinates' fixed means and spreads.
+        """Learn the coordinates' fixed means and spreads, and the linear mean where there is one.
 
         Args:
             positions: (N, 6, 2) metres, of all training sequences.
@@ -87,6 +69,8 @@ class Planner(nn.Module):
         self.of_positions.fit(positions)
         self.of_destination.fit(polar(future[:, STEPS]))
         self.of_targets.fit(future[:, :STEPS])
+        if self.linear_mean is not None:
+            self.linear_mean.fit(positions, future[:, STEPS], future[:, :STEPS])
 
     def forward(self, features: Tensor | None, positions: Tensor | None, destination: Tensor) -> Gaussians:
         """Plan.
@@ -106,16 +90,23 @@ class Planner(nn.Module):
             parts.append(self.embed_position(self.of_positions(positions)))
         _, (hidden, cell) = self.encoder(torch.cat(parts, dim=-1))
         state = hidden[0], cell[0]
+        base, unit = self._base(positions, destination)
         place = self.of_destination(polar(destination))
         estimate = torch.zeros_like(destination)
         found: list[tuple[Tensor, Tensor, Tensor]] = []
-        for _ in range(STEPS):
+        for step in range(STEPS):
             state = self.decoder(self.embed_estimate(self.of_targets(estimate)), state)
             raw = self.head(torch.cat([state[0], place], dim=-1))
-            found.append(gaussian_of(raw, self.of_targets.mean, self.of_targets.spread))
+            found.append(gaussian_of(raw, base[step] + unit.mean, unit.spread))
             estimate = found[-1][0]
         mean, sigma, rho = (torch.stack(values, dim=1) for values in zip(*found, strict=True))
         return Gaussians(mean, sigma, rho)
+
+    def _base(self, positions: Tensor | None, destination: Tensor) -> tuple[Tensor, Standard]:
+        """What the head's means are added to, (5, B, 2) or (5, 2) metres, and what they are the units of."""
+        if self.linear_mean is None or positions is None:
+            return destination.new_zeros(STEPS, 2), self.of_targets
+        return self.linear_mean(positions, destination).transpose(0, 1), self.linear_mean.of_residuals
 
 
 def _embedding(inputs: int) -> nn.Sequential:

@@ -78,7 +78,7 @@ class HolisticSystem(_Seeing):
 
     def feature_size(self) -> int:
         """Of both masks on the plane, pooled."""
-        return pooled_size(self.grid.shape, self.settings.pool)
+        return pooled_size(self.grid.shape, self.settings.pool_cells)
 
     def prediction_spec(self, homography: str | None) -> SampleSpec:
         """Images, homographies and trajectories."""
@@ -89,7 +89,7 @@ class HolisticSystem(_Seeing):
         """Masks in camera view and, warped and pooled, as features."""
         logits = self.perception(batch["image"].flatten(0, 1))
         plane = warp_to_bev(logits.sigmoid(), batch["bev_from_image"].flatten(0, 1), self.grid.shape)
-        return {"logits": logits, "features": pooled(plane, self.settings.pool)}
+        return {"logits": logits, "features": pooled(plane, self.settings.pool_cells)}
 
 
 class HolisticCvSystem(_Seeing):
@@ -97,7 +97,7 @@ class HolisticCvSystem(_Seeing):
 
     def feature_size(self) -> int:
         """Of both masks in the image, pooled."""
-        return pooled_size(self.settings.image_size, self.settings.pool)
+        return pooled_size(self.settings.image_size, self.settings.pool_cells)
 
     def prediction_spec(self, homography: str | None) -> SampleSpec:
         """Images and trajectories."""
@@ -107,7 +107,7 @@ class HolisticCvSystem(_Seeing):
     def observed(self, batch: Batch) -> Answer:
         """Masks in camera view and, pooled, as features."""
         logits = self.perception(batch["image"].flatten(0, 1))
-        return {"logits": logits, "features": pooled(logits.sigmoid(), self.settings.pool)}
+        return {"logits": logits, "features": pooled(logits.sigmoid(), self.settings.pool_cells)}
 
 
 def _six_truths(batch: Batch) -> tuple[Tensor, Tensor | None]:

@@ -19,6 +19,7 @@ from ogmkit.learn.systems.base import Answer, Batch, Prediction, System
 from ogmkit.learn.systems.trajectory_panel import trajectory_panels
 from ogmkit.metrics.plan import STEPS
 from ogmkit.samples.index import SEQUENCE
+from ogmkit.samples.pooling import equal_parts, pooled_shape
 from ogmkit.samples.spec import TARGETS, SampleSpec
 
 
@@ -36,7 +37,12 @@ class PlannerSystem(System):
 
     def __init__(self, settings: PlannerTraining, grid: GridSpec, cameras: tuple[str, ...]) -> None:
         super().__init__(settings, grid, cameras)
-        self.planner = Planner(self.feature_size(), past=settings.sees_past, hidden=settings.hidden)
+        self.planner = Planner(
+            self.feature_size(),
+            past=settings.sees_past,
+            hidden=settings.hidden,
+            linear_mean=settings.mean == "linear",
+        )
         self.ade = MeanMetric()
         self.last = MeanMetric()
 
@@ -59,7 +65,7 @@ class PlannerSystem(System):
         return SampleSpec(trajectory=True)
 
     def prepare(self, samples: Iterable[Batch]) -> None:
-        """Learn the coordinates' means and spreads."""
+        """Learn the coordinates' means and spreads, and the linear mean where the settings ask for it."""
         batches = [(batch["positions"], batch["future"]) for batch in samples]
         positions, future = (torch.cat(parts) for parts in zip(*batches, strict=True))
         self.planner.fit(positions, future)
@@ -157,33 +163,34 @@ class MidToEndSystem(PlannerSystem):
 
     def feature_size(self) -> int:
         """Of both masks, pooled."""
-        return pooled_size(self.grid.shape, self.settings.pool)
+        return pooled_size(self.grid.shape, self.settings.pool_cells)
 
     def prediction_spec(self, homography: str | None) -> SampleSpec:
-        """The true masks and trajectories."""
+        """The true masks and trajectories; where parts are equal, masks are pooled as they are read."""
         del homography
+        parts = pooled_shape(self.grid.shape, self.settings.pool_cells)
+        if equal_parts(self.grid, parts):
+            return SampleSpec(trajectory=True, bev_parts=parts)
         return SampleSpec(bev_cell_m=self.grid.m_per_cell, bev=True, trajectory=True)
 
     def observed(self, batch: Batch) -> Answer:
         """Masks at all six images."""
-        return {"features": pooled(batch["bev"].flatten(0, 1), self.settings.pool)}
+        if "bev_parts" in batch:
+            return {"features": batch["bev_parts"].flatten(2)}
+        return {"features": pooled(batch["bev"].flatten(0, 1), self.settings.pool_cells)}
 
 
-def pooled_size(shape: tuple[int, int], pool: tuple[int, int]) -> int:
+def pooled_size(shape: tuple[int, int], cells: int) -> int:
     """Numbers that two masks of (rows, columns) are pooled to."""
-    rows, columns = _pool_shape(shape, pool)
+    rows, columns = pooled_shape(shape, cells)
     return len(TARGETS) * rows * columns
 
 
-def pooled(masks: Tensor, pool: tuple[int, int]) -> Tensor:
-    """(B · 6, 2, rows, columns) masks averaged over parts of the plane, at most `pool` of them: (B, 6, F)."""
-    parts = functional.adaptive_avg_pool2d(masks, _pool_shape(masks.shape[-2:], pool))
+def pooled(masks: Tensor, cells: int) -> Tensor:
+    """(B · 6, 2, rows, columns) masks averaged over so many parts of their map at most: (B, 6, F)."""
+    rows, columns = masks.shape[-2:]
+    parts = functional.adaptive_avg_pool2d(masks, pooled_shape((rows, columns), cells))
     return parts.reshape(-1, SEQUENCE, parts[0].numel())
-
-
-def _pool_shape(shape: tuple[int, ...], pool: tuple[int, int]) -> tuple[int, int]:
-    rows, columns = (min(side, most) for side, most in zip(shape, pool, strict=True))
-    return rows, columns
 
 
 def _feature_places(image_size: tuple[int, int]) -> int:

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from ogmkit.errors import CheckpointError, OgmkitError, SettingsError
-from ogmkit.evaluation.planning.evaluate import FIXED, evaluate_plans
+from ogmkit.evaluation.planning.evaluate import evaluate_plans
+from ogmkit.evaluation.planning.fixed import FIXED
 from ogmkit.evaluation.settings import EvaluateSettings
 from ogmkit.grid import GridSpec
 from ogmkit.metrics.displacement import METRICS, READINGS
@@ -64,7 +65,7 @@ def test_a_planner_beside_the_rows_for_free(shards, fake_planners, off_by):
 
     assert (found.split, found.scenes, found.sequences, found.cameras) == ("val", 2, 6, ("CAM_FRONT",))
     assert found.systems == ("lstm-ed",)
-    assert found.fixed == FIXED == ("truth", "constant-velocity", "straight-line", "cubic")
+    assert found.fixed == FIXED == ("truth", "constant-velocity", "straight-line", "cubic", "linear")
     order = [(one.system, one.metric, one.horizon_s, one.reading) for one in found.figures]
     assert order == [
         (system, metric, horizon_s, reading)
@@ -105,6 +106,88 @@ def test_controls_are_scored_on_the_same_sequences(shards, driven):
         assert found[horizon_s, "mean"] == pytest.approx(errors[:, :points].mean())
 
 
+@pytest.fixture
+def rough(shards):
+    """The shards, with noise in the training scene: on smooth curves the linear control is exact."""
+    with h5py.File(shards / "scene-0001.h5", "r+") as h5:
+        future = h5["CAM_FRONT/trajectory/future"]
+        future[...] += np.random.default_rng(0).normal(0, 0.1, future.shape)
+    return shards
+
+
+def linear_errors_m(shards, training, evaluated):
+    """Mean distance of the points of the pseudo-inverse's linear fit, worked out from plain h5py."""
+
+    def read(scenes):
+        rows = []
+        for scene in scenes:
+            with h5py.File(shards / f"{scene}.h5") as h5:
+                past, future = (h5[f"CAM_FRONT/trajectory/{name}"][6:9] for name in ("past", "future"))
+            rows.append(np.hstack([past.reshape(3, 12), future.reshape(3, 12)]))
+        rows = np.concatenate(rows)
+        return rows[:, [*range(12), 22, 23]], rows[:, 12:22]
+
+    (features, points), (new, truth) = read(training), read(evaluated)
+    weights = np.linalg.pinv(features - features.mean(0), rcond=1e-6) @ (points - points.mean(0))
+    errors = points.mean(0) + (new - features.mean(0)) @ weights - truth
+    return np.linalg.norm(errors.reshape(-1, 5, 2), axis=-1).mean()
+
+
+class TestLinear:
+    """The control that is fitted, and never to what it is scored on."""
+
+    @pytest.fixture
+    def split(self, tmp_path):
+        """`split(train=…, val=…)` writes a split file of scenes' numbers."""
+
+        def write(**scenes):
+            path = tmp_path / "splits.json"
+            named = {name: [f"scene-000{number}" for number in numbers] for name, numbers in scenes.items()}
+            path.write_text(json.dumps(named))
+            return path
+
+        return write
+
+    def test_it_is_fitted_to_the_training_split(self, rough):
+        found = scored(rough)
+
+        expected = linear_errors_m(rough, ["scene-0001"], ["scene-0002", "scene-0003"])
+        assert values(found, "linear", "ade")[2.5, "mean"] == pytest.approx(expected)
+        assert 0.01 < expected < 10
+        assert found.notes == ("linear: fitted to 3 sequences in 1 scene of split 'train'",)
+
+    @pytest.mark.parametrize("train", [[1], [1, 3], [3, 1]])
+    def test_scenes_that_are_evaluated_are_left_out(self, rough, split, train):
+        found = scored(rough, split_file=split(train=train, val=[2, 3]))
+
+        expected = linear_errors_m(rough, ["scene-0001"], ["scene-0002", "scene-0003"])
+        assert values(found, "linear", "ade")[2.5, "mean"] == pytest.approx(expected)
+
+    def test_scenes_that_a_limit_leaves_out_are_left_out_as_well(self, shards, split):
+        found = scored(shards, split_file=split(train=[1, 3], val=[2, 3]), limit=1)
+
+        assert found.notes[0] == "linear: fitted to 1 sequence in 1 scene of split 'train'"
+
+    @pytest.mark.parametrize(
+        "splits", [{"train": [2, 3]}, {"train": [], "val": [2]}, {"val": [2]}], ids=["same", "empty", "none"]
+    )
+    def test_without_another_scene_there_is_none_and_it_is_told(self, shards, split, fake_planners, splits):
+        chosen = {"split": "val" if "val" in splits else "train", "split_file": split(**splits)}
+        found = scored(shards, [fake_planners("run")], **chosen)
+
+        assert found.fixed == tuple(name for name in FIXED if name != "linear")
+        assert {one.system for one in found.figures} == {"lstm-ed", *found.fixed}
+        note = "no linear: split 'train' has no sequence to fit it to, other than those of scenes that are "
+        assert f"{note}evaluated" in found.notes
+        assert "cubic by ADE" in found.notes[-1]
+
+    def test_scenes_without_a_sequence_are_no_error(self, shards):
+        with h5py.File(shards / "scene-0001.h5", "r+") as h5:
+            h5["CAM_FRONT/trajectory/valid"][:] = False
+
+        assert "linear" not in scored(shards).fixed
+
+
 def test_intervals_come_from_scenes(shards, fake_planners, driven):
     def plan(place):
         error = 1.0 if place[0] == "scene-0002" else 2.0
@@ -123,21 +206,22 @@ def test_one_scene_is_told(shards, tmp_path):
     path.write_text(json.dumps({"val": ["scene-0003"]}))
 
     found = scored(shards, split_file=path)
-    assert found.notes == (
+    assert found.notes[1:] == (
         "no confidence intervals: there is one scene only, and they come from resampling scenes",
     )
     assert all(math.isnan(one.low) and math.isnan(one.high) for one in found.figures)
 
 
-def test_a_planner_that_does_not_beat_the_controls_is_named(shards, fake_planners, off_by):
+def test_a_planner_that_does_not_beat_the_controls_is_named(rough, fake_planners, off_by):
     runs = [
         fake_planners("bad", "end-to-end", off_by(50, 0)),
         fake_planners("good", "holistic", off_by(0, 1e-9)),
     ]
-    notes = scored(shards, runs).notes
+    notes = scored(rough, runs).notes
 
     assert notes[-1:] == (
-        "end-to-end does not beat constant-velocity, straight-line, cubic by ADE up to 2.5 s: no result",
+        "end-to-end does not beat constant-velocity, straight-line, cubic, linear by ADE up to 2.5 s: "
+        "no result",
     )
 
 

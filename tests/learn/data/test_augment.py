@@ -15,6 +15,7 @@ from ogmkit.learn.data.augment import Augmentation, flipped, jittered
 from ogmkit.learn.data.frames import FrameDataset
 from ogmkit.samples.arrays import SampleArrays
 from ogmkit.samples.index import index_frames
+from ogmkit.samples.pooling import equal_parts, part_counts, shares
 from ogmkit.samples.spec import SampleSpec
 from ogmkit.shards.reader import Shard
 
@@ -158,6 +159,7 @@ def arrays_of(sample_grid, seed):
         image=rng.integers(0, 256, (2, 6, 8, 3), dtype=np.uint8),
         masks=rng.integers(0, 2, (2, 2, 6, 8), dtype=np.uint8),
         bev=rng.integers(0, 2, (2, 2, *sample_grid.shape), dtype=np.uint8),
+        bev_parts=rng.random((2, 2, *sample_grid.shape), dtype=np.float32),
         known_columns=np.ones(sample_grid.columns, np.bool_),
         bev_from_image=rng.normal(size=(2, 3, 3)) * [[1], [1], [0.1]] + np.diag([0, 0, -1.0]),
         homography_valid=np.ones(2, np.bool_),
@@ -190,6 +192,19 @@ def test_twice_is_the_identity_where_known(sample_grid, seed):
     np.testing.assert_allclose(back.level_from_camera, plain.level_from_camera)
     scale = abs(plain.bev_from_image[:, 2:, 2:])
     np.testing.assert_allclose(back.bev_from_image, plain.bev_from_image / scale, rtol=1e-6, atol=1e-6)
+
+
+@given(st.integers(1, 4), st.integers(2, 8), st.integers(-3, 20), st.integers(0, 99))
+def test_averages_over_parts_are_mirrored_as_the_masks_are(width, columns, halves, seed):
+    """The ego is on a part's edge or in its middle, inside the grid or out."""
+    grid, parts = GridSpec(0.5, 6, width * columns, 6.0, halves * width / 2), (2, columns)
+    bev = np.random.default_rng(seed).integers(0, 2, (1, 2, *grid.shape), dtype=np.uint8)
+    averages = shares(part_counts(bev, parts), grid.shape)
+
+    found = flipped(SampleArrays(np.array([[6, 8]]), bev=bev, bev_parts=averages), grid)
+
+    assert equal_parts(grid, parts)
+    np.testing.assert_array_equal(found.bev_parts, shares(part_counts(found.bev, parts), grid.shape))
 
 
 @given(grids(), st.integers(0, 99))

@@ -11,7 +11,7 @@ from ogmkit.samples.spec import SampleSpec
 
 SCENES = ("scene-0001", "scene-0002")
 ALL = SampleSpec((30, 64), "calibration", "calibration", 1.0, True, True, True, True)
-OF_THE_LAST = {"past", "future", "trajectory_valid", "camera", "index"}
+OF_THE_LAST = {"mirrored", "past", "future", "trajectory_valid", "camera", "index"}
 
 
 @pytest.fixture

@@ -1,5 +1,6 @@
 import math
 
+import numpy as np
 import pytest
 import torch
 from hypothesis import given
@@ -9,6 +10,7 @@ from torch.nn import functional
 from ogmkit.errors import SettingsError
 from ogmkit.learn.models.gaussian import negative_log_likelihood
 from ogmkit.learn.models.planner import Planner, polar
+from ogmkit.metrics.linear import LinearPlan, fit_linear_plan
 
 METRES = st.floats(-80, 80)
 
@@ -57,9 +59,15 @@ def by_hand(net, features, positions, destination):
         parts = ("weight_ih", "weight_hh", "bias_ih", "bias_hh")
         return [state[f"{name}.{part}{suffix}"] for part in parts]
 
-    parts = ("positions", "destination", "targets")
-    center, spread = ([state[f"of_{part}.{name}"] for part in parts] for name in ("mean", "spread"))
+    parts = ("of_positions", "of_destination", "of_targets", "linear_mean.of_residuals")
+    parts = [part for part in parts if f"{part}.mean" in state]
+    center, spread = ([state[f"{part}.{name}"] for part in parts] for name in ("mean", "spread"))
     features, positions, destination = features.double(), positions.double(), destination.double()
+    base = torch.zeros(5, 1, 2)
+    if net.linear_mean:
+        names = ("centre", "weights", "middle")
+        plan = LinearPlan(*(state[f"linear_mean.{name}"].numpy() for name in names))
+        base = torch.from_numpy(plan(positions.numpy(), destination.numpy())).transpose(0, 1)
     hidden = cell = torch.zeros(len(destination), net.decoder.hidden_size, dtype=torch.float64)
     for t in range(6):
         embedded = [
@@ -70,22 +78,23 @@ def by_hand(net, features, positions, destination):
     r, angle = destination.norm(dim=1), torch.atan2(destination[:, 1], destination[:, 0])
     r, angle = (r - center[1][0]) / spread[1][0], (angle - center[1][1]) / spread[1][1]
     estimate, means, sigmas, rhos = torch.zeros_like(destination), [], [], []
-    for _ in range(5):
+    for step in range(5):
         embedded = linear("embed_estimate.0", (estimate - center[2]) / spread[2]).relu()
         hidden, cell = lstm_step(embedded, hidden, cell, lstm("decoder"))
         joined = torch.cat([hidden, r[:, None], angle[:, None]], 1)
         raw = linear("head.1", linear("head.0.0", joined).relu())
-        estimate = raw[:, :2] * spread[2] + center[2]
+        estimate = raw[:, :2] * spread[-1] + center[-1] + base[step]
         means.append(estimate)
-        sigmas.append(functional.softplus(raw[:, 2:4]) * spread[2] + 0.05)
+        sigmas.append(functional.softplus(raw[:, 2:4]) * spread[-1] + 0.05)
         rhos.append(0.999 * raw[:, 4].tanh())
     return torch.stack(means, 1), torch.stack(sigmas, 1), torch.stack(rhos, 1)
 
 
-def test_the_recurrence_is_the_papers():
-    net = Planner(7, hidden=11).double()
+@pytest.mark.parametrize("linear_mean", [False, True])
+def test_the_recurrence_is_the_papers(linear_mean):
+    net = Planner(7, hidden=11, linear_mean=linear_mean).double()
     given_inputs = [value.double() for value in inputs()]
-    net.fit(given_inputs[1] + 2, torch.randn(3, 6, 2) * torch.tensor([8.0, 0.3]))
+    net.fit(2 + 5 * torch.randn(30, 6, 2), torch.randn(30, 6, 2) * torch.tensor([8.0, 0.3]))
     found = net(*given_inputs)
     for ours, theirs in zip(found, by_hand(net, *given_inputs), strict=True):
         torch.testing.assert_close(ours, theirs, rtol=0, atol=1e-6)
@@ -133,6 +142,61 @@ def test_the_destination_matters_and_so_does_the_past():
     assert not torch.allclose(here, there)
 
 
-def test_a_planner_that_sees_nothing_is_refused():
-    with pytest.raises(SettingsError, match="past"):
-        Planner(0, past=False)
+@pytest.mark.parametrize("more", [{"features": 0}, {"features": 7, "linear_mean": True}])
+def test_a_planner_that_needs_the_past_is_refused_without(more):
+    with pytest.raises(SettingsError, match="leave out --no-past"):
+        Planner(**more, past=False)
+
+
+class TestLinearMean:
+    """A planner whose means are learnt on top of the linear plan."""
+
+    @pytest.fixture
+    def training(self):
+        """Positions and futures of 40 sequences; the ego is at (0, 0) at the last position."""
+        torch.manual_seed(3)
+        positions = torch.randn(40, 6, 2) * torch.tensor([9.0, 0.4])
+        positions[:, -1] = 0
+        return positions, torch.randn(40, 6, 2) * torch.tensor([12.0, 0.8]) + torch.tensor([20.0, 0.0])
+
+    @pytest.fixture
+    def net(self, training):
+        net = Planner(0, linear_mean=True)
+        net.fit(*training)
+        return net
+
+    @pytest.fixture
+    def linear(self, training):
+        """The control of the same sequences."""
+        positions, future = (values.double().numpy() for values in training)
+        return fit_linear_plan(positions, future[:, 5], future[:, :5])
+
+    def test_before_it_has_learnt_anything_it_plans_as_the_linear_control(self, net, linear):
+        for weight in net.head.parameters():
+            torch.nn.init.zeros_(weight)
+        _, positions, destination = inputs(count=9)
+
+        found = net(None, positions, destination).mean.detach()
+        expected = linear(positions.double().numpy(), destination.double().numpy())
+        np.testing.assert_allclose(found, expected, atol=1e-4)
+
+    def test_what_the_linear_plan_leaves_over_is_standardised(self, net, linear, training):
+        positions, future = (values.double().numpy() for values in training)
+        left = future[:, :5] - linear(positions, future[:, 5])
+
+        standard = net.linear_mean.of_residuals
+        np.testing.assert_allclose(standard.mean, [0, 0], atol=1e-5)
+        np.testing.assert_allclose(standard.spread, left.reshape(-1, 2).std(axis=0), rtol=1e-5)
+
+    def test_it_travels_with_the_weights_and_only_where_it_is_asked_for(self, net):
+        other = Planner(0, linear_mean=True)
+        other.load_state_dict(net.state_dict())
+        _, positions, destination = inputs()
+        assert torch.equal(other(None, positions, destination).mean, net(None, positions, destination).mean)
+        assert not [name for name in Planner(0).state_dict() if "linear" in name]
+
+    def test_it_keeps_its_digits_in_mixed_precision(self, net):
+        _, positions, destination = inputs()
+        exact = net.linear_mean(positions, destination)
+        with torch.autocast("cpu", dtype=torch.bfloat16):
+            torch.testing.assert_close(net.linear_mean(positions, destination), exact, atol=1e-5, rtol=1e-6)

@@ -13,7 +13,9 @@ from ogmkit.learn.predict.run import open_run
 from ogmkit.learn.systems.planning import pooled
 from ogmkit.learn.systems.registry import build_system
 from ogmkit.learn.training.train import train
+from ogmkit.metrics.linear import fit_linear_plan
 from ogmkit.samples.index import index_sequences
+from ogmkit.samples.spec import SampleSpec
 from ogmkit.shards.manifest import read_manifest
 
 CAMERAS = ("CAM_FRONT",)
@@ -60,6 +62,20 @@ def test_each_planner_learns_with_all_its_weights(plan_shards, name, no_past):
     assert float(scores["ade"]) == pytest.approx(float(error_m.detach().mean()), rel=1e-5)
     assert float(scores["last_m"]) == pytest.approx(float(error_m[:, -1].detach().mean()), rel=1e-5)
     assert all(panel.shape[:2] == (4, 3) for panel in net.pictures(batch))
+
+
+def test_the_mean_that_is_learnt_from_training_sequences_is_their_linear_plan(plan_shards):
+    net = system(plan_shards, "lstm-ed", mean="linear")
+    batch = batch_of(plan_shards, net)
+    net.prepare([batch])
+    torch.nn.init.zeros_(net.planner.head[-1].weight)
+    torch.nn.init.zeros_(net.planner.head[-1].bias)
+
+    positions, future = (batch[name].double().numpy() for name in ("positions", "future"))
+    plan = fit_linear_plan(positions, future[:, 5], future[:, :5])
+    found = net.eval().predict(batch).plan.mean.detach()
+    np.testing.assert_allclose(found, plan(positions, future[:, 5]), atol=1e-4)
+    assert np.ptp(found.numpy(), axis=0).max() > 0.01  # or one plan would do for all
 
 
 @pytest.mark.parametrize("name", ["mid-to-end", "holistic-cv"])
@@ -117,10 +133,29 @@ def test_gradients_through_the_warp_are_those_of_finite_differences(plan_shards)
 def test_masks_are_pooled_to_means_of_their_parts():
     torch.manual_seed(0)
     masks = torch.rand(12, 2, 40, 30).round()
-    found = pooled(masks, (10, 15)).reshape(2, 6, 2, 10, 15)
-    by_hand = masks.reshape(2, 6, 2, 10, 4, 15, 2).mean((4, 6))
+    found = pooled(masks, 310).reshape(2, 6, 2, 20, 15)
+    by_hand = masks.reshape(2, 6, 2, 20, 2, 15, 2).mean((4, 6))
     torch.testing.assert_close(found, by_hand)
-    assert torch.equal(pooled(masks, (100, 100)).flatten(), masks.flatten())  # never enlarged
+    assert torch.equal(pooled(masks, 10_000).flatten(), masks.flatten())  # never enlarged
+
+
+@pytest.mark.parametrize(("cells", "as_read"), [(310, True), (700, False), (10_000, True)])
+def test_true_masks_are_pooled_alike_as_they_are_read_and_in_the_network(plan_shards, cells, as_read):
+    net = system(plan_shards, "mid-to-end", pool_cells=cells)
+    batch, whole = batch_of(plan_shards, net), SampleSpec(bev_cell_m=0.5, bev=True)
+    assert ("bev_parts" in batch) is as_read
+    index = index_sequences(plan_shards, ("scene-0001",), CAMERAS, needs=net.spec)
+    masks = torch.stack([SequenceDataset(index, whole)[i]["bev"] for i in range(4)])
+    features = net.observed(batch)["features"]
+    assert features.shape == (4, 6, net.feature_size())
+    torch.testing.assert_close(features, pooled(masks.flatten(0, 1), cells))
+
+
+def test_masks_in_camera_view_and_on_the_plane_give_a_planner_as_many_numbers():
+    on_the_plane, in_camera_view = (
+        build_system(settings_of(name, image_size=(448, 800)), GridSpec(), CAMERAS) for name in SEEING
+    )
+    assert on_the_plane.feature_size() == in_camera_view.feature_size() == 2 * 5500
 
 
 def test_a_frozen_perception_stays(plan_shards, tmp_path, make_run):

@@ -134,6 +134,7 @@ def test_unknown_cells_and_scores(name):
                 batch["camera"] + torch.tensor([0, 1, 0]),
                 2,
                 SIZE,
+                net.grid,
             )
             .state_dict()
         )

@@ -8,14 +8,14 @@ from torch import nn
 
 from ogmkit.base.stated import setting
 from ogmkit.learn.models.losses import perception_loss
-from ogmkit.learn.settings import TrainSettings
+from ogmkit.learn.perception_settings import BalancedTraining
 from ogmkit.learn.systems.base import Prediction
 from ogmkit.learn.systems.masks import MaskSystem
 from ogmkit.samples.spec import TARGETS, SampleSpec
 
 
 @dataclass(frozen=True, kw_only=True)
-class ToyTraining(TrainSettings):
+class ToyTraining(BalancedTraining):
     """Of `toy`."""
 
     system: ClassVar[str] = "toy"
@@ -45,7 +45,8 @@ class ToySystem(MaskSystem):
         return batch["bev"], batch["bev_known"]
 
     def losses(self, answer, batch):
-        return {"perception": perception_loss(answer["logits"], *self.truth(batch))}
+        losses = self.cell_loss(answer["logits"], batch["bev"])
+        return {"perception": perception_loss(losses, batch["bev_known"])}
 
     def predict(self, batch):
         return Prediction(self.answer(batch)["logits"].sigmoid())

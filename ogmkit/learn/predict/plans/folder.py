@@ -74,7 +74,7 @@ def _spec(run: Run) -> SampleSpec:
     """What the run plans from, where images can give it."""
     require_planner(run)
     spec = run.model.prediction_spec(None)
-    if spec.bev:
+    if spec.sees_bev:
         raise CheckpointError(
             f"{run.path}: {run.name} plans from true masks, which images don't give; plan from shards"
         )

@@ -1,0 +1,94 @@
+"""Samples of an index as arrays; small ones are read once, and kept."""
+
+from collections.abc import Callable
+from dataclasses import fields, replace
+from typing import Any, TypeVar
+
+import numpy as np
+
+from ogmkit.learn.data.pool import ShardPool
+from ogmkit.samples.arrays import SampleArrays
+from ogmkit.samples.index import FrameIndex
+from ogmkit.samples.pooling import Counts, shares
+from ogmkit.samples.reading import Rows, read_part_counts, read_sample
+from ogmkit.samples.spec import SampleSpec
+
+MOST_KEPT_BYTES = 1 << 30
+"""What a process keeps at most for one data set; samples that come later are read anew each time."""
+_PATH_BYTES = 2200
+"""Of a sample's trajectories, with what Python takes for them; measured: 2.2 kB."""
+
+_Value = TypeVar("_Value")
+
+
+class SampleReader:
+    """Reads samples; those of trajectories and averages over parts alone stay in the process's memory.
+
+    A frame is part of six sequences, so averages are kept by frame: as numbers of cells, a byte for a part of
+    up to 255 of them.
+
+    Args:
+        index: which samples.
+        spec: what they hold.
+    """
+
+    def __init__(self, index: FrameIndex, spec: SampleSpec) -> None:
+        self._index = index
+        self._spec = spec
+        self._pool = ShardPool(index.paths)
+        self._kept: dict[object, Any] = {}
+        self._bytes = 0
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_kept": {}, "_bytes": 0}
+
+    def rows(self, i: int) -> Rows:
+        """A sample's frames in their open shard."""
+        return self._rows(i, tuple(self._index.rows[i].tolist()))
+
+    def read(self, i: int) -> SampleArrays:
+        """Read a sample, or take it from memory; nobody changes its arrays.
+
+        Raises:
+            ShardError, DataFileError: as `read_sample`.
+        """
+        if not self._spec.is_small:
+            return read_sample(self.rows(i), self._spec, self._index.image_root)
+        path = self._keep(i, lambda: self._read_path(i), lambda _: _PATH_BYTES)
+        parts = self._spec.bev_parts
+        if parts is None:
+            return path
+        counts = np.stack([self._counts(i, row, parts) for row in self._index.rows[i].tolist()])
+        return replace(path, bev_parts=shares(counts, self._index.grid.shape))
+
+    def _rows(self, i: int, rows: tuple[int, ...]) -> Rows:
+        shard = self._pool.shard(int(self._index.shard[i]))
+        return Rows(shard, self._index.cameras[self._index.camera[i]], rows)
+
+    def _read_path(self, i: int) -> SampleArrays:
+        """All of a small sample but shares, in arrays that hold on to no others."""
+        found = read_sample(self.rows(i), replace(self._spec, bev_parts=None), None)
+        values = {one.name: getattr(found, one.name) for one in fields(found)}
+        arrays = {name: value.copy() for name, value in values.items() if isinstance(value, np.ndarray)}
+        return replace(found, **arrays)
+
+    def _counts(self, i: int, row: int, parts: tuple[int, int]) -> Counts:
+        """(2, r, c) cells of each part that are set in one of a sample's frames."""
+        place = int(self._index.shard[i]), int(self._index.camera[i]), row
+
+        def read() -> Counts:
+            counts: Counts = read_part_counts(self._rows(i, (row,)), parts)[0]
+            return counts
+
+        return self._keep(place, read, lambda counts: counts.nbytes)
+
+    def _keep(self, key: object, read: Callable[[], _Value], size_of: Callable[[_Value], int]) -> _Value:
+        """What is kept by a key, or is read and kept while there is room."""
+        if key in self._kept:
+            found: _Value = self._kept[key]
+            return found
+        value = read()
+        if self._bytes < MOST_KEPT_BYTES:
+            self._kept[key] = value
+            self._bytes += size_of(value)
+        return value
