@@ -174,7 +174,13 @@ def make_run():
         from ogmkit.learn.systems.registry import build_system
 
         entry = CATALOGUE[system]
-        tiny = {"image_size": (64, 96), "encoder": "resnet18", "channels": 8, "blocks": 1, "masks": "surface"}
+        tiny = {
+            "image_size": (64, 96),
+            "encoder": "tu-test_resnet",
+            "channels": 8,
+            "blocks": 1,
+            "masks": "surface",
+        }
         chosen = entry.settings(**entry.read(tiny | settings))
         torch.manual_seed(0)
         net = build_system(chosen, grid, tuple(cameras))

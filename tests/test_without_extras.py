@@ -83,7 +83,7 @@ def test_the_data_commands_work(folder, shards, tiny_dataroot):
 def test_evaluation_of_the_fixed_rows_needs_no_network(shards):
     result = run("evaluate", shards, "--format", "csv")
     assert result.returncode == 0, result.stderr
-    assert result.stdout.startswith("system,definition,target,view,region,cells,metric,value,low,high\n")
+    assert result.stdout.startswith("system,definition,target,view,region,cells,metric,value,low,high,")
 
 
 def test_training_says_how_to_install_what_it_needs(folder, shards):

@@ -60,6 +60,7 @@ def runs(tmp_path, monkeypatch, shards):
             name=system,
             output=output,
             masks=None,
+            thresholds=None,
             grid=grid,
             cameras=("CAM_FRONT",),
             frames=frames,
@@ -196,7 +197,7 @@ def test_csv_and_json_hold_nothing_else_and_the_same(shards, runs, complaints):
     table = list(csv.DictReader(io.StringIO(written["csv"].stdout)))
 
     assert list(dict.fromkeys(one["system"] for one in records)) == ["one", "two", *ROWS]
-    assert len(records) == len(table) == 6 * 31
+    assert len(records) == len(table) == 6 * 45
     assert run(shards, *runs, "--format", "json", "--all").stdout == written["json"].stdout
     assert [one["value"] for one in table] == [
         "" if one["value"] is None else repr(one["value"]) for one in records

@@ -52,7 +52,9 @@ def write(world, tmp_path, monkeypatch):
 
     def write(trained, steps=1):
         seeing = ("homography:", "footprints:", "holistic", "end-to-end")
-        images = "encoder: resnet18, image_size: [64, 96], " if any(n in trained for n in seeing) else ""
+        images = (
+            "encoder: tu-test_resnet, image_size: [64, 96], " if any(n in trained for n in seeing) else ""
+        )
         Path("chain.yaml").write_text(FILE.format(data=world, steps=steps, trained=trained, images=images))
 
     return write

@@ -17,7 +17,7 @@ INTERRUPTED = (
     r"(ogmkit: stopping after this (step|validation); press Ctrl-C again to quit now\n){1,2}"
     r"ogmkit: interrupted; run the same command to resume\n"
 )
-SMALL = ["--encoder", "resnet18", "--workers", "0", "--batch-size", "2"]
+SMALL = ["--encoder", "tu-test_resnet", "--workers", "0", "--batch-size", "2"]
 TINY = ["--image-size", "64x96", *SMALL]
 
 

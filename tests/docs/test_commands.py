@@ -29,7 +29,7 @@ SMALL = {
     "train": {
         "--max-steps": "2",
         "--image-size": "64x96",
-        "--encoder": "resnet18",
+        "--encoder": "tu-test_resnet",
         "--channels": "8",
         "--batch-size": "2",
         "--limit-frames": "4",

@@ -57,7 +57,7 @@ def test_a_trained_run_is_scored_by_what_it_predicts(learn_shards, tmp_path):
     settings = settings_from_dict(
         {
             "system": "footprints",
-            "encoder": "resnet18",
+            "encoder": "tu-test_resnet",
             "image_size": (32, 64),
             "max_steps": 1,
             "batch_size": 2,

@@ -13,7 +13,7 @@ VALUES = {
     "homography_fit": {"methods": ["surface"]},
     "render_footprints": {"scale": 1, "sets": ["surface"]},
     "train": {
-        "encoder": "resnet18",
+        "encoder": "tu-test_resnet",
         "image_size": [64, 96],
         "batch_size": 2,
         "epochs": 1,

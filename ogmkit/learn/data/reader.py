@@ -69,7 +69,9 @@ class SampleReader:
         """All of a small sample but shares, in arrays that hold on to no others."""
         found = read_sample(self.rows(i), replace(self._spec, bev_parts=None), None)
         values = {one.name: getattr(found, one.name) for one in fields(found)}
-        arrays = {name: value.copy() for name, value in values.items() if isinstance(value, np.ndarray)}
+        arrays: dict[str, Any] = {
+            name: value.copy() for name, value in values.items() if isinstance(value, np.ndarray)
+        }
         return replace(found, **arrays)
 
     def _counts(self, i: int, row: int, parts: tuple[int, int]) -> Counts:

@@ -3,8 +3,9 @@
 import math
 import pickle
 import warnings
+from collections.abc import Mapping
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 import segmentation_models_pytorch as smp
 import torch
@@ -17,8 +18,8 @@ from ogmkit.errors import CheckpointError, SettingsError
 MULTIPLE_PX = 32
 """What sides of encoded images are multiples of: the encoders halve them five times."""
 
-_IMAGENET_MEAN = (0.485, 0.456, 0.406)
-_IMAGENET_STD = (0.229, 0.224, 0.225)
+_IMAGENET_STATISTICS = {"mean": (0.485, 0.456, 0.406), "std": (0.229, 0.224, 0.225)}
+_TIMM, _IMAGENET = "tu-", "imagenet"
 _SMALLEST_PX = 64
 """A side of 32 px would leave one place at stride 32: too few for batch normalisation of a single frame."""
 _REASON_LENGTH = 160
@@ -42,7 +43,8 @@ class ImageEncoder(nn.Module):
             a name of segmentation-models-pytorch's, such as `imagenet`, which is downloaded; None is random.
         in_channels: of the images.
         output_stride: 32, or 16 where the last stage is dilated instead of strided.
-        normalise: whether images are RGB, 0 … 1, to be standardised by ImageNet's statistics.
+        normalise: whether images are RGB, 0 … 1, to be standardised by the statistics that the encoder's
+            published weights were trained with: ImageNet's, for most.
 
     Attributes:
         out_channels: of the features, from stride 1 on.
@@ -66,7 +68,7 @@ class ImageEncoder(nn.Module):
         normalise: bool = True,
     ) -> None:
         super().__init__()
-        if normalise and in_channels != len(_IMAGENET_MEAN):
+        if normalise and in_channels != len(_IMAGENET_STATISTICS["mean"]):
             raise SettingsError(f"images of {in_channels} channels have no ImageNet statistics")
         file = Path(weights) if weights is not None and Path(weights).is_file() else None
         self.net = _build(name, None if file else weights, in_channels, output_stride)
@@ -74,7 +76,7 @@ class ImageEncoder(nn.Module):
             _load(self.net, file, name)
         self.out_channels: tuple[int, ...] = tuple(cast("list[int]", self.net.out_channels))
         self.normalise = normalise
-        for buffer, values in (("mean", _IMAGENET_MEAN), ("std", _IMAGENET_STD)):
+        for buffer, values in _statistics(name, self.net).items():
             self.register_buffer(buffer, torch.tensor(values)[:, None, None], persistent=False)
 
     def forward(self, image: Tensor) -> list[Tensor]:
@@ -88,9 +90,11 @@ class ImageEncoder(nn.Module):
 
 def _build(name: str, weights: str | None, in_channels: int, output_stride: int) -> nn.Module:
     """The encoder, with random weights or with named ones, which are downloaded."""
-    from_timm = name.startswith("tu-")
+    from_timm = name.startswith(_TIMM)
     if not from_timm:
         _require_known(name, weights)
+    elif weights not in (None, _IMAGENET):
+        raise SettingsError(f"{weights}: no such file; weights of {name} are {_IMAGENET}, or a file's")
     try:
         encoder: nn.Module = smp.encoders.get_encoder(
             name,
@@ -141,9 +145,39 @@ def _load(net: nn.Module, path: Path, name: str) -> None:
     if not isinstance(state, dict):
         raise CheckpointError(f"{path}: holds no state dictionary of encoder {name}")
     try:
-        net.load_state_dict(dict(state))
+        net.load_state_dict(_as_of(net, state) if name.startswith(_TIMM) else dict(state))
     except RuntimeError as error:
         raise CheckpointError(f"{path}: holds no weights of encoder {name} ({_reason(error)})") from error
+
+
+def _statistics(name: str, net: nn.Module) -> Mapping[str, tuple[float, ...]]:
+    """Mean and deviation, of RGB from 0 to 1, that an encoder's published weights expect."""
+    if name.startswith(_TIMM):
+        found: Mapping[str, Any] = getattr(net.model, "pretrained_cfg", {})
+    else:
+        published = smp.encoders.encoders[name]["pretrained_settings"]
+        found = published.get(_IMAGENET) or next(iter(published.values()), {})
+    if "mean" not in found or max(found.get("input_range") or (1,)) > 1:
+        return _IMAGENET_STATISTICS
+    return {what: tuple(found[what]) for what in _IMAGENET_STATISTICS}
+
+
+def _as_of(net: nn.Module, state: Mapping[str, Tensor]) -> dict[str, Tensor]:
+    """Weights of a whole network of timm's or torchvision's under the names that its encoder has for them.
+
+    The encoder has `model.stages_0.weight` for `stages.0.weight`, and no classifier: what it has no name for
+    is left out. What it misses keeps the encoder's own name, so that loading names it.
+    """
+    found = {}
+    for own in net.state_dict():
+        name = own.removeprefix("model.")
+        names = (own, name, name.replace("_", ".", 1))
+        there = next((one for one in names if one in state), None)
+        if there is not None:
+            found[own] = state[there]
+        elif own.endswith("num_batches_tracked"):
+            found[own] = torch.tensor(0)
+    return found
 
 
 def _reason(error: Exception) -> str:

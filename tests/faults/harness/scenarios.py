@@ -48,7 +48,7 @@ def _scenario(line: str, inputs: str = "", kept: str = "", **more: object) -> Sc
 
 
 _SMALL = "--cell-size 0.5 --rows 60 --columns 40"
-_NETWORK = "--image-size 64x96 --encoder resnet18 --batch-size 2 --max-steps 1 --workers 0"
+_NETWORK = "--image-size 64x96 --encoder tu-test_resnet --batch-size 2 --max-steps 1 --workers 0"
 
 SCENARIOS = {
     one.name: one

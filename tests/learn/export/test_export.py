@@ -43,7 +43,9 @@ def answers(path, **inputs):
 @pytest.mark.parametrize("cameras", [("CAM_FRONT",), BOTH])
 @pytest.mark.parametrize("head", ["entries", "four-point"])
 def test_onnx_gives_the_homographies_that_the_system_predicts(tmp_path, make_run, head, cameras):
-    run = make_run(tmp_path / "run", "homography", GRID, cameras, lively, head=head, image_size=SIZE)
+    run = make_run(
+        tmp_path / "run", "homography", GRID, cameras, lively, head=head, image_size=SIZE, encoder="resnet18"
+    )
     out = tmp_path / "model.onnx"
     summary = export(run, out)
     assert summary.difference < 1e-4

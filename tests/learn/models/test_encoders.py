@@ -3,6 +3,7 @@ import shutil
 
 import pytest
 import segmentation_models_pytorch as smp
+import timm
 import torch
 import torchvision
 
@@ -62,6 +63,32 @@ def test_weights_of_torchvision_are_read_without_their_classifier(tmp_path):
         torch.testing.assert_close(theirs.fc(pooled), theirs(image))
 
 
+@pytest.mark.parametrize("name", ["test_resnet", "test_efficientnet", "test_convnext"])
+def test_timm_s_own_weights_are_understood(tmp_path, name):
+    """Names without a prefix, or with stages that are numbered otherwise, and a classifier."""
+    torch.manual_seed(0)
+    theirs = timm.create_model(name).eval()
+    torch.save(theirs.state_dict(), tmp_path / "weights.pth")
+    encoder = ImageEncoder(f"tu-{name}", str(tmp_path / "weights.pth"), normalise=False).eval()
+    image = torch.rand(1, 3, 64, 96)
+    with torch.no_grad():
+        last = theirs.forward_intermediates(image, intermediates_only=True)[-1]
+        torch.testing.assert_close(encoder(image)[-1], last)
+
+
+def test_torchvision_s_weights_fit_timm_s_encoder(tmp_path):
+    theirs = torchvision.models.resnet18(weights=None)
+    torch.save(theirs.state_dict(), tmp_path / "weights.pth")
+    encoder = ImageEncoder("tu-resnet18", str(tmp_path / "weights.pth"))
+    assert torch.equal(encoder.net.model.layer4[1].conv2.weight, theirs.layer4[1].conv2.weight)
+
+
+def test_each_encoder_has_its_own_statistics():
+    assert ImageEncoder("resnet18").mean.flatten().tolist() == pytest.approx(MEAN.tolist())
+    lite = ImageEncoder("tu-tf_efficientnet_lite0")
+    assert (lite.mean.flatten().tolist(), lite.std.flatten().tolist()) == ([0.5] * 3, [0.5] * 3)
+
+
 def one_line(error):
     assert "\n" not in str(error.value)
     return str(error.value)
@@ -99,6 +126,8 @@ def test_unknown_names_come_with_close_ones():
         ImageEncoder("resnet18", "imagenett")
     with pytest.raises(SettingsError, match="no such file"):
         ImageEncoder("resnet18", "/nowhere/resnet18.pth")
+    with pytest.raises(SettingsError, match="no such file; weights of tu-resnet18 are imagenet, or a file's"):
+        ImageEncoder("tu-resnet18", "/nowhere/resnet18.pth")
     with pytest.raises(SettingsError, match="tu-resnet_18") as error:
         ImageEncoder("tu-resnet_18")
     one_line(error)

@@ -70,7 +70,9 @@ def homography_run(tmp_path_factory, make_run, learn_shards):
         net.code.load_state_dict(fitted.state_dict())
         torch.nn.init.normal_(net.net.layers[-1].weight, std=10.0)
 
-    return make_run(tmp_path_factory.mktemp("homography") / "run", "homography", GRID, CAMERAS, change)
+    return make_run(
+        tmp_path_factory.mktemp("homography") / "run", "homography", GRID, CAMERAS, change, encoder="resnet18"
+    )
 
 
 @pytest.fixture(scope="module")

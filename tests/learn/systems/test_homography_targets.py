@@ -82,7 +82,9 @@ def test_real_targets_are_standard_under_every_augmentation(real_samples, channe
 @pytest.mark.parametrize("head", CODES)
 @pytest.mark.parametrize("name", AUGMENTATIONS)
 def test_the_fixture_s_targets_are_standard_as_training_prepares_them(learn_shards, head, name):
-    settings = HomographyTraining(image_size=(64, 96), encoder="resnet18", head=head, cameras=("CAM_FRONT",))
+    settings = HomographyTraining(
+        image_size=(64, 96), encoder="tu-test_resnet", head=head, cameras=("CAM_FRONT",)
+    )
     grid = GridSpec(0.5, 80, 60, 80.0, 34.0)
     system = HomographySystem(settings, grid, settings.cameras)
     loading = Loading(augmentation=AUGMENTATIONS[name])

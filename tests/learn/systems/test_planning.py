@@ -21,7 +21,7 @@ from ogmkit.shards.manifest import read_manifest
 CAMERAS = ("CAM_FRONT",)
 PLANNERS = [name for name, entry in CATALOGUE.items() if entry.plans]
 SEEING = ("holistic", "holistic-cv")
-TINY = {"image_size": (64, 96), "encoder": "resnet18", "masks": "surface", "warp": "surface"}
+TINY = {"image_size": (64, 96), "encoder": "tu-test_resnet", "masks": "surface", "warp": "surface"}
 
 
 def settings_of(system, **values):
@@ -50,7 +50,8 @@ def loss_of(net, batch):
     ("name", "no_past"), [*((name, False) for name in PLANNERS), ("mid-to-end", True), ("holistic", True)]
 )
 def test_each_planner_learns_with_all_its_weights(plan_shards, name, no_past):
-    net = system(plan_shards, name, no_past=no_past)
+    # timm's smallest encoder begins with weights of 0 behind others, which learn nothing then
+    net = system(plan_shards, name, no_past=no_past, encoder="resnet18")
     batch = batch_of(plan_shards, net)
     loss_of(net, batch).backward()
     assert [key for key, weight in net.named_parameters() if not weight.grad.any()] == []
@@ -99,7 +100,7 @@ def test_the_targets_are_never_looked_at_but_the_destination(plan_shards, name):
 
 @pytest.mark.parametrize("name", SEEING)
 def test_the_motion_alone_teaches_the_perception(plan_shards, name):
-    net = system(plan_shards, name)
+    net = system(plan_shards, name, encoder="resnet18")
     batch = batch_of(plan_shards, net)
     net.losses(net.answer(batch), batch)["motion"].backward()
     reached = [weight.grad is not None and bool(weight.grad.any()) for weight in net.perception.parameters()]
@@ -174,7 +175,7 @@ def test_a_frozen_perception_stays(plan_shards, tmp_path, make_run):
 @pytest.mark.parametrize(
     ("more", "error", "message"),
     [
-        ({"encoder": "resnet34"}, SettingsError, "--encoder resnet18"),
+        ({"encoder": "resnet34"}, SettingsError, "--encoder tu-test_resnet"),
         ({"perception": "nowhere"}, CheckpointError, "nowhere"),
         ({"grid": GridSpec(0.5, 90, 60, 90.0, 34.0)}, SettingsError, "grid.rows is 90 here"),
         ({"stage_1": "oft"}, CheckpointError, "run of oft"),

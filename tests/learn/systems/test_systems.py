@@ -16,7 +16,13 @@ STAGE_1 = [name for name, entry in CATALOGUE.items() if not entry.plans]
 
 
 def system(name, **more):
-    chosen = {"image_size": SIZE, "encoder": "resnet18", "masks": "surface", "channels": 16, "blocks": 1}
+    chosen = {
+        "image_size": SIZE,
+        "encoder": "tu-test_resnet",
+        "masks": "surface",
+        "channels": 16,
+        "blocks": 1,
+    }
     entry = CATALOGUE[name]
     return build_system(entry.settings(**(entry.read(chosen) | more)), GRID, CAMERAS)
 

@@ -14,7 +14,7 @@ from ogmkit.shards.manifest import read_manifest
 CAMERAS = ("CAM_BACK", "CAM_FRONT")
 FEW = {
     "image_size": (64, 96),
-    "encoder": "resnet18",
+    "encoder": "tu-test_resnet",
     "masks": "surface",
     "max_steps": 1,
     "batch_size": 2,
@@ -68,7 +68,7 @@ def test_what_does_not_fit_starts_fresh_and_is_told(learn_shards, first, tmp_pat
     told, found = started(settings, learn_shards, tmp_path / "run")
     there = read_checkpoint(first / "best.ckpt")[1]["state_dict"]
     shared = [name for name in found if name in there]
-    assert 100 < len(shared) < len(found)
+    assert 80 < len(shared) < len(found)
     assert all(torch.equal(found[name], there[name]) for name in shared)
     assert told[0].startswith(
         f"{len(shared)} of {len(found)} tensors from {first / 'best.ckpt'} (footprints); "

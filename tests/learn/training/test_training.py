@@ -22,7 +22,7 @@ from ogmkit.learn.runs import LOCK
 from ogmkit.learn.training.train import train
 from ogmkit.learn.yaml_files import as_yaml
 
-TINY = {"image_size": (64, 96), "encoder": "resnet18", "batch_size": 2, "limit_frames": 7, "lr": 1e-3}
+TINY = {"image_size": (64, 96), "encoder": "tu-test_resnet", "batch_size": 2, "limit_frames": 7, "lr": 1e-3}
 SYSTEMS = {
     "homography": {},
     "footprints": {"colour": 0.3, "flip": 0.5},
