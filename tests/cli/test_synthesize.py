@@ -25,6 +25,7 @@ def test_makes_a_dataset_and_says_what(tmp_path):
     assert cv2.imread(str(image)).shape == (45, 80, 3)
 
 
+@pytest.mark.slow
 def test_incidents_change_the_traffic(tmp_path):
     for name, more in (("calm", []), ("busy", ["--incidents"])):
         result = run(tmp_path / name, *SMALL, *more)

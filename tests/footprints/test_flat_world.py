@@ -120,6 +120,7 @@ def test_whole_bodies_are_far_larger_than_footprints(flat):
         np.testing.assert_array_equal(body(frame).drivable, footprint(frame).drivable)
 
 
+@pytest.mark.slow
 def test_on_hills_what_the_boxes_tell_beats_the_calibration(tmp_path):
     _, summary = shards(tmp_path, frames=6, relief_m=2.0)
     errors = {method.method: [r.median_m for r in method.ranges if r.boxes > 5] for method in summary.methods}

@@ -203,6 +203,7 @@ def test_calibration_that_is_none_is_named(out):
         fit_shards(out)
 
 
+@pytest.mark.slow
 def test_real_frames_give_the_designs_figures(real_dataroot, tmp_path, mask_cache):
     """design.md §2, scene-0103 and scene-0061: 20–40 m and 40–60 m hold over 100 boxes each."""
     with Dataset(real_dataroot) as dataset:

@@ -152,6 +152,7 @@ def test_cells_of_kilometres_are_sampled_one_by_one(mask_of):
 
 
 @pytest.mark.parametrize("name", ["36092f0b", "37819e65", "53992ee3"])
+@pytest.mark.slow
 def test_random_poses_on_the_real_masks_follow_the_devkit_s_rule(real_dataroot, mask_store, name):
     (png,) = (real_dataroot / "maps").glob(f"{name}*.png")
     mask = mask_store.open(png)

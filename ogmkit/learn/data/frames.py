@@ -10,7 +10,7 @@ from ogmkit.errors import SettingsError
 from ogmkit.grid import GridSpec
 from ogmkit.learn.data.augment import Augmentation
 from ogmkit.learn.data.reader import SampleReader
-from ogmkit.learn.data.tensors import Sample, per_frame_tensors, trajectory_tensors
+from ogmkit.learn.data.tensors import Sample, as_float, per_frame_tensors, trajectory_tensors
 from ogmkit.samples.arrays import SampleArrays
 from ogmkit.samples.coarse import coarse_grid
 from ogmkit.samples.index import FrameIndex
@@ -44,6 +44,7 @@ class FrameDataset(Dataset[Sample]):
         index: which frames.
         spec: what samples hold.
         augment: what is done to samples that are asked for with a seed.
+        compact: leave levels and masks as bytes, for `as_float` to convert where the network is.
 
     Attributes:
         cameras: channels.
@@ -55,7 +56,14 @@ class FrameDataset(Dataset[Sample]):
         SettingsError: the specification contradicts itself or the grid, or a flip does.
     """
 
-    def __init__(self, index: FrameIndex, spec: SampleSpec, *, augment: Augmentation | None = None) -> None:
+    def __init__(
+        self,
+        index: FrameIndex,
+        spec: SampleSpec,
+        *,
+        augment: Augmentation | None = None,
+        compact: bool = False,
+    ) -> None:
         if spec.masks is not None and spec.image_size is None:
             raise SettingsError("sample: masks come at the image's pixels, so they need an image size")
         if (spec.bev or spec.lidar) and spec.bev_cell_m is None:
@@ -74,6 +82,7 @@ class FrameDataset(Dataset[Sample]):
         self._index = index
         self._spec = spec
         self._augment = augment
+        self._compact = compact
         calibrated = replace(spec, calibration=spec.calibration or (augment is not None and augment.turns))
         self._reader = SampleReader(index, calibrated)
 
@@ -92,7 +101,8 @@ class FrameDataset(Dataset[Sample]):
         """
         i, seed = (key, None) if isinstance(key, int) else key
         arrays = self._arrays(i, seed)
-        return self._tensors(arrays) | {
+        tensors = self._tensors(arrays)
+        return (tensors if self._compact else as_float(tensors)) | {
             "camera": torch.tensor(int(self._index.camera[i])),
             "index": torch.tensor(i),
             "mirrored": torch.tensor(arrays.mirrored),

@@ -11,6 +11,7 @@ from ogmkit.learn.data.augment import Augmentation
 from ogmkit.learn.data.frames import FrameDataset
 from ogmkit.learn.data.loader import BatchLoader, EpochBatches, loader
 from ogmkit.learn.data.sequences import SequenceDataset
+from ogmkit.learn.data.tensors import as_float
 from ogmkit.samples.index import index_frames, index_sequences
 from ogmkit.samples.poses import require_finite_poses
 from ogmkit.samples.spec import SampleSpec
@@ -81,9 +82,9 @@ class ShardDataModule(LightningDataModule):
         if sequences:
             require_finite_poses(train_index)
             require_finite_poses(val_index)
-        self.train_set = samples(train_index, spec, augment=loading.augmentation)
+        self.train_set = samples(train_index, spec, augment=loading.augmentation, compact=True)
         self._train_index, self._samples = train_index, samples
-        self.val_set = samples(val_index, spec)
+        self.val_set = samples(val_index, spec, compact=True)
         self.train_batches = self._batches(self.train_set, shuffle=True)
         self.val_batches = self._batches(self.val_set, shuffle=False)
 
@@ -99,10 +100,10 @@ class ShardDataModule(LightningDataModule):
             rounds: how often each is drawn; where nothing moves it, once.
         """
         augment = self._loading.augmentation
-        samples = self._samples(self._train_index, spec, augment=augment)
+        samples = self._samples(self._train_index, spec, augment=augment, compact=True)
         batches = EpochBatches(len(samples), self._loading.batch_size, seed=self._loading.seed, shuffle=False)
         for batches.epoch in range(rounds if augment is not None and augment.moves else 1):
-            yield from loader(samples, batches, workers=0)
+            yield from map(as_float, loader(samples, batches, workers=0))
 
     def val_dataloader(self) -> BatchLoader:
         """Validation batches, in order."""

@@ -1,4 +1,7 @@
-"""Samples as tensors, by the names that networks know."""
+"""Samples as tensors, by the names that networks know.
+
+Levels and masks are bytes until they are where networks are: a quarter of what floats take to move.
+"""
 
 import cv2
 import numpy as np
@@ -14,11 +17,19 @@ from ogmkit.typing import UInt8Array
 
 Sample = dict[str, Tensor]
 
-_PER_LEVEL = np.float32(1 / 255)
+_PER_LEVEL = float(np.float32(1 / 255))
+
+
+def as_float(sample: Sample) -> Sample:
+    """The sample, or batch, with levels 0 … 255 of images as 0 … 1, and masks as 0 and 1, float32."""
+    floats = {name: value.float() for name, value in sample.items() if value.dtype == torch.uint8}
+    if "image" in floats:
+        floats["image"] *= _PER_LEVEL
+    return sample | floats
 
 
 def per_frame_tensors(arrays: SampleArrays, own_grid: GridSpec | None, factor: int) -> Sample:
-    """The parts that belong to an image, with a leading axis of T.
+    """The parts that belong to an image, with a leading axis of T; levels and masks are uint8.
 
     Args:
         arrays: what was read.
@@ -29,12 +40,12 @@ def per_frame_tensors(arrays: SampleArrays, own_grid: GridSpec | None, factor: i
     if arrays.image is not None:
         sample["image"] = _image_tensor(arrays.image)
     if arrays.masks is not None:
-        sample["masks"] = _float32(arrays.masks)
+        sample["masks"] = _bytes(arrays.masks)
     if arrays.known_pixels is not None:
-        sample["masks_known"] = _float32(arrays.known_pixels)
+        sample["masks_known"] = _bytes(arrays.known_pixels)
     if arrays.bev is not None and arrays.known_columns is not None:
-        sample["bev"] = _float32(majority(arrays.bev, factor))
-        known = _float32(np.all(arrays.known_columns.reshape(-1, factor), axis=1))
+        sample["bev"] = _bytes(majority(arrays.bev, factor))
+        known = _bytes(np.all(arrays.known_columns.reshape(-1, factor), axis=1))
         frames, _, rows, columns = sample["bev"].shape
         sample["bev_known"] = known.expand(frames, rows, columns)
     if arrays.bev_parts is not None:
@@ -66,13 +77,16 @@ def positions_tensor(arrays: SampleArrays) -> Sample:
 
 
 def _image_tensor(images: UInt8Array) -> Tensor:
-    """(T, 3, h, w) float32 0 … 1 of (T, h, w, 3): by plane, since numpy is slow over every third byte."""
+    """(T, 3, h, w) uint8 of (T, h, w, 3): by plane, since numpy is slow over every third byte."""
     frames, height, width, channels = images.shape
-    scaled = np.empty((frames, channels, height, width), np.float32)
-    for image, planes in zip(images, scaled, strict=True):
-        for levels, plane in zip(cv2.split(image), planes, strict=True):
-            np.multiply(levels, _PER_LEVEL, out=plane)
-    return torch.from_numpy(scaled)
+    planes = np.empty((frames, channels, height, width), np.uint8)
+    for image, own in zip(images, planes, strict=True):
+        cv2.split(image, list(own))
+    return torch.from_numpy(planes)
+
+
+def _bytes(array: NDArray[np.generic]) -> Tensor:
+    return torch.from_numpy(np.ascontiguousarray(array, np.uint8))
 
 
 def _float32(array: NDArray[np.generic]) -> Tensor:

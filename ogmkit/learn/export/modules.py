@@ -4,7 +4,8 @@ import torch
 from torch import Tensor, nn
 
 from ogmkit.errors import SettingsError
-from ogmkit.learn.models.homography_code import EntriesCode, FourPointCode
+from ogmkit.learn.models.four_point_code import FourPointCode
+from ogmkit.learn.models.homography_code import EntriesCode
 from ogmkit.learn.models.projective import unit_h33
 from ogmkit.learn.systems.base import System
 from ogmkit.learn.systems.footprints import FootprintSystem

@@ -11,6 +11,7 @@ from ogmkit.errors import OgmkitError
 from ogmkit.geometry.camera import image_from_resized
 from ogmkit.learn.data.frames import FrameDataset
 from ogmkit.learn.data.loader import EpochBatches, loader
+from ogmkit.learn.data.tensors import as_float
 from ogmkit.learn.predict.run import Run, require_cameras, require_same_grid
 from ogmkit.learn.systems.base import Batch, Prediction, System
 from ogmkit.samples.index import FrameIndex
@@ -61,7 +62,7 @@ def predict_frames(
         CheckpointError: the weights are not this system's.
     """
     require_fitting(run, index, spec)
-    dataset = FrameDataset(index, spec)
+    dataset = FrameDataset(index, spec, compact=True)
     batches = EpochBatches(len(dataset), batch_size, seed=0, shuffle=False)
     for batch in loader(dataset, batches, workers=workers):
         yield from _frames(run, dataset, batch)
@@ -102,7 +103,7 @@ def predict_batch(model: System, batch: Batch, cameras: tuple[str, ...]) -> Pred
         OgmkitError: the GPU's memory is too small for the batch.
     """
     try:
-        here = {name: value.to(model.device) for name, value in batch.items()}
+        here = as_float({name: value.to(model.device) for name, value in batch.items()})
         if "camera" in here:
             here["camera"] = model.camera_indices(here, cameras)
         with torch.inference_mode():

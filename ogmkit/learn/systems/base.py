@@ -15,6 +15,7 @@ from torch.nn.modules.batchnorm import _BatchNorm
 from ogmkit.base.names import unknown
 from ogmkit.errors import SettingsError, TrainingError
 from ogmkit.grid import GridSpec
+from ogmkit.learn.data.tensors import as_float
 from ogmkit.learn.models.gaussian import Gaussians
 from ogmkit.learn.settings import TrainSettings
 from ogmkit.samples.spec import SampleSpec
@@ -141,6 +142,11 @@ class System(LightningModule):
         for module in self._frozen:
             module.eval()
         return self
+
+    def on_after_batch_transfer(self, batch: Batch, dataloader_idx: int) -> Batch:
+        """Floats are made of bytes on the device."""
+        del dataloader_idx
+        return as_float(batch)
 
     def training_step(self, batch: Batch, batch_idx: int) -> Tensor:
         """One step; whatever is random in it follows from seed, epoch and batch, however often resumed."""

@@ -10,7 +10,8 @@ from torchmetrics import MeanMetric
 
 from ogmkit.errors import TrainingError
 from ogmkit.grid import GridSpec
-from ogmkit.learn.models.homography_code import EntriesCode, FourPointCode, HomographyCode
+from ogmkit.learn.models.four_point_code import FourPointCode
+from ogmkit.learn.models.homography_code import EntriesCode, HomographyCode
 from ogmkit.learn.models.homography_net import HomographyNet
 from ogmkit.learn.models.warp import warp_to_bev
 from ogmkit.learn.perception_settings import HomographyTraining

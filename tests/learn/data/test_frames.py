@@ -13,6 +13,7 @@ from ogmkit.geometry.se3 import inverse, transform_points
 from ogmkit.homography.projective import apply
 from ogmkit.learn.data.augment import Augmentation
 from ogmkit.learn.data.frames import FrameDataset
+from ogmkit.learn.data.tensors import as_float
 from ogmkit.samples.index import index_frames
 from ogmkit.samples.lidar_image import lidar_image
 from ogmkit.samples.spec import SampleSpec
@@ -263,3 +264,17 @@ def test_an_absent_image_is_named(make, make_sample_shards, tmp_path, tiny_datar
 
     with pytest.raises(DataFileError, match=r"dataset/samples/CAM_BACK/\S+: image can't be read \(No such"):
         make(SampleSpec((30, 64)), out=out)[0]
+
+
+def test_compact_samples_are_bytes_of_the_same_values(make):
+    """As networks get them: floats are made where they are."""
+    plain, compact = make(ALL)[3], make(ALL, compact=True)[3]
+    assert {name for name, value in compact.items() if value.dtype == torch.uint8} == {
+        "image",
+        "masks",
+        "bev",
+        "bev_known",
+    }
+    for name, value in as_float(compact).items():
+        assert value.dtype == plain[name].dtype
+        torch.testing.assert_close(value, plain[name], rtol=0, atol=0, equal_nan=True)

@@ -136,6 +136,7 @@ def damage(path, frame):
 
 
 @pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="settings of GNU's C library")
+@pytest.mark.slow
 def test_freed_memory_serves_the_next_sample():
     """In a process of its own, for the setting stays: a second array comes without a fault for each page."""
     script = (

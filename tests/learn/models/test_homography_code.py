@@ -6,7 +6,8 @@ from hypothesis import strategies as st
 
 from ogmkit.errors import SettingsError, TrainingError
 from ogmkit.grid import GridSpec
-from ogmkit.learn.models.homography_code import EntriesCode, FourPointCode
+from ogmkit.learn.models.four_point_code import FourPointCode
+from ogmkit.learn.models.homography_code import EntriesCode
 from ogmkit.learn.models.projective import apply, through_four_points
 
 GRID = GridSpec(0.1, 1000, 550, 1000.0, 300.0)

@@ -8,7 +8,8 @@ from ogmkit.geometry.se3 import inverse
 from ogmkit.grid import GridSpec
 from ogmkit.learn.data.augment import Augmentation
 from ogmkit.learn.data.module import Loading, ShardDataModule
-from ogmkit.learn.models.homography_code import EntriesCode, FourPointCode
+from ogmkit.learn.models.four_point_code import FourPointCode
+from ogmkit.learn.models.homography_code import EntriesCode
 from ogmkit.learn.perception_settings import HomographyTraining
 from ogmkit.learn.systems.homography import HomographySystem
 from ogmkit.nuscenes.dataset import Dataset

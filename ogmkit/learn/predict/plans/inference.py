@@ -37,7 +37,7 @@ def predict_plans(
     """
     require_planner(run)
     require_fitting(run, index, spec)
-    dataset = SequenceDataset(index, spec)
+    dataset = SequenceDataset(index, spec, compact=True)
     batches = EpochBatches(len(dataset), batch_size, seed=0, shuffle=False)
     for batch in loader(dataset, batches, workers=workers):
         places = [dataset.place(int(i)) for i in batch["index"]]
