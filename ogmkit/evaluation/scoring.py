@@ -71,20 +71,20 @@ class Scorer:
                     raise no_grids(entrant.run.path, entrant.name, self._scope.shards)
                 place = one.scene, one.camera, one.frame
                 frame, bev = reader.frame(place), thresholded(one.bev, self._threshold)
-                image = self._image_counts(frame, entrant.masks, one.image, self._threshold)
-                unmasked += image is None and entrant.masks is not None and one.image is not None
+                view = None
+                if entrant.masks is not None and one.image is not None:
+                    view = _camera_view(frame, entrant.masks, one.image)
+                    unmasked += view is None
                 tally.add(
                     one.scene,
                     self._bev_counts(frame, bev),
                     count_separated(self._pairs(frame), bev),
-                    image,
+                    None if view is None else view.counts(self._threshold),
                 )
                 if tuned is not None:
-                    tally.add_tuned(
-                        one.scene,
-                        self._bev_counts(frame, thresholded(one.bev, tuned)),
-                        self._image_counts(frame, entrant.masks, one.image, tuned),
-                    )
+                    cells = self._bev_counts(frame, thresholded(one.bev, tuned))
+                    image = None if view is None else view.counts(tuned)
+                    tally.add_tuned(one.scene, cells, image)
                 if number in kept:
                     shown = None if one.image is None else thresholded(one.image, self._threshold)
                     samples.append(Sample(entrant.name, place, bev, shown))
@@ -124,20 +124,29 @@ class Scorer:
         faces = vehicle_faces(frame.shard, frame.camera, frame.index)
         return neighbours(faces, self._scope.grid, frame.truth, frame.field_of_view)
 
-    def _image_counts(
-        self,
-        frame: Frame,
-        name: str | None,
-        probabilities: Float32Array | None,
-        thresholds: float | Sequence[float],
-    ) -> IntArray | None:
-        """Counts of a frame's pixels against a set of masks; None where that has none for it."""
-        if name is None or probabilities is None:
-            return None
-        group = f"footprints/{name}"
-        if not row(frame.shard, frame.camera, f"{group}/valid", frame.index):
-            return None
-        names = (f"{group}/{target}" for target in TARGETS)
-        drivable, vehicles = (row(frame.shard, frame.camera, one, frame.index) for one in names)
-        found = thresholded(resized(probabilities, drivable.shape), thresholds)
-        return count_image(code_of(drivable, vehicles), found)
+
+@dataclass(frozen=True, eq=False)
+class _CameraView:
+    """A frame in camera view, at the size of its masks.
+
+    Attributes:
+        truth: (h, w) code.
+        probabilities: (2, h, w).
+    """
+
+    truth: UInt8Array
+    probabilities: Float32Array
+
+    def counts(self, thresholds: float | Sequence[float]) -> IntArray:
+        """Counts of the pixels."""
+        return count_image(self.truth, thresholded(self.probabilities, thresholds))
+
+
+def _camera_view(frame: Frame, name: str, probabilities: Float32Array) -> _CameraView | None:
+    """A prediction beside a set of masks; None where that has none for the frame."""
+    group = f"footprints/{name}"
+    if not row(frame.shard, frame.camera, f"{group}/valid", frame.index):
+        return None
+    names = (f"{group}/{target}" for target in TARGETS)
+    drivable, vehicles = (row(frame.shard, frame.camera, one, frame.index) for one in names)
+    return _CameraView(code_of(drivable, vehicles), resized(probabilities, drivable.shape))

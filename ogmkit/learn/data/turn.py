@@ -2,10 +2,10 @@
 
 from dataclasses import replace
 from math import cos, sin
+from typing import Any
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from ogmkit.samples.arrays import SampleArrays, scaled
 from ogmkit.typing import FloatArray, UInt8Array
@@ -25,7 +25,7 @@ def turned(sample: SampleArrays, pitch_rad: float, roll_rad: float) -> SampleArr
     new_from_old = _camera_rotation(pitch_rad, roll_rad)
     intrinsics = np.asarray(sample.intrinsics, np.float64)
     maps = intrinsics @ new_from_old @ np.linalg.inv(intrinsics)
-    changes: dict[str, NDArray[np.generic]] = {}
+    changes: dict[str, Any] = {}
     if sample.image is not None:
         changes["image"] = _each_seen(sample.image, maps, cv2.INTER_LINEAR, cv2.BORDER_REPLICATE)
     if sample.masks is not None:
@@ -44,7 +44,7 @@ def turned(sample: SampleArrays, pitch_rad: float, roll_rad: float) -> SampleArr
         old_from_new = np.eye(4)
         old_from_new[:3, :3] = new_from_old.T
         changes["level_from_camera"] = sample.level_from_camera @ old_from_new
-    return replace(sample, **changes)  # type: ignore[arg-type]  # each of its own dtype
+    return replace(sample, **changes)
 
 
 def _camera_rotation(pitch_rad: float, roll_rad: float) -> FloatArray:

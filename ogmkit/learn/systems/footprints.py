@@ -52,9 +52,8 @@ class FootprintSystem(MaskSystem):
 
     def losses(self, answer: Answer, batch: Batch) -> dict[str, Tensor]:
         """Sum of two binary cross-entropies, in camera view and, where asked for, in BEV."""
-        logits = answer["logits"]
-        losses = self.cell_loss(logits, batch["masks"])
-        terms = {"perception": perception_loss(losses, batch.get("masks_known"))}
+        logits, (masks, known) = answer["logits"], self.truth(batch)
+        terms = {"perception": perception_loss(self.cell_loss(logits, masks), known)}
         if self.settings.bev_loss:
             warped = warp_to_bev(logits.sigmoid(), batch["bev_from_image"], self.grid.shape)
             chances = warped.clamp(1e-6, 1 - 1e-6)

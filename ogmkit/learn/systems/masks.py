@@ -18,8 +18,8 @@ from ogmkit.samples.spec import TARGETS, SampleSpec
 class MaskSystem(System):
     """A system whose prediction is two masks, scored by their IoU (of the positive class).
 
-    The score is on what the system is trained on: masks in camera view, or cells of its own grid. It is the
-    IoU at a probability of 0.5; the thresholds that had the best one in the last validation are kept beside.
+    Scored is what the system is trained on: masks in camera view, or cells of its own grid. The score is the
+    IoU at a probability of 0.5; the thresholds with the best IoU in the last validation are kept as well.
 
     Attributes:
         thresholds: (2,) of drivable and vehicles; they travel in checkpoints.
