@@ -107,14 +107,21 @@ class BatchLoader(DataLoader[dict[str, Tensor]]):
     """A DataLoader whose workers' errors read as they were raised: one line, without a traceback."""
 
     def __iter__(self) -> Any:  # noqa: ANN401  # torch's own iterator is private
+        batches = None
         try:
             with interrupts_blocked():  # in the workers, for good: Ctrl-C lets a step end, which needs them
                 batches = super().__iter__()
             yield from batches
+            return
         except OgmkitError as error:
             # A worker's error arrives as the text of its traceback, which ends in "<class>: <message>".
             *traceback, last = str(error).rstrip().split("\n")
-            raise type(error)(last.partition(": ")[2] if traceback else last) from None
+            kind, message = type(error), last.partition(": ")[2] if traceback else last
+            error.__traceback__ = None
+        # Nothing refers to torch's iterator any more, so that it ends its workers at once. Where the garbage
+        # collector finds it, it has lost their queues and waits for them in vain.
+        batches = self._iterator = None
+        raise kind(message)
 
 
 def loader(dataset: Dataset[dict[str, Tensor]], batches: EpochBatches, *, workers: int) -> BatchLoader:
