@@ -4,7 +4,8 @@ PYTHON ?= python3
 VENV := .venv
 DEVKIT := .venv-devkit
 METADATA := setup.cfg pyproject.toml
-PIP_FLAGS := --quiet --disable-pip-version-check
+# Whatever is imported is compiled then; to compile all of torch takes minutes.
+PIP_FLAGS := --quiet --disable-pip-version-check --no-compile
 # Tests run on all cores; those of a file stay together, since they share what takes long to make.
 SPREAD := -n auto --dist loadfile
 # What depends on the releases of numpy, OpenCV and shapely, which are older beside the devkit; no torch is there.

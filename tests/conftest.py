@@ -4,6 +4,7 @@ import hashlib
 import json
 import os
 import shutil
+from collections import defaultdict
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,6 +17,20 @@ REAL_DATAROOT = DATA / "nuscenes-mini-part"
 # A busy machine makes examples slow; no property here is about time.
 hypothesis.settings.register_profile("ogmkit", deadline=None, max_examples=50)
 hypothesis.settings.load_profile("ogmkit")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items):
+    """Of a test marked `sampled(n)`, n cases run, always the same; the others are slow."""
+    cases = defaultdict(list)
+    for item in items:
+        if item.get_closest_marker("sampled"):
+            cases[item.nodeid.partition("[")[0]].append(item)
+    for found in cases.values():
+        (count,) = found[0].get_closest_marker("sampled").args
+        found.sort(key=lambda item: hashlib.sha256(item.nodeid.encode()).digest())
+        for item in found[count:]:
+            item.add_marker("slow")
 
 
 @pytest.fixture(scope="session")

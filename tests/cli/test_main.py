@@ -145,6 +145,7 @@ def test_each_command_loads_and_says_what_the_table_says(name):
     assert command.get_short_help_str(limit=200) == shell.COMMANDS[name]
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("name", shell.COMMANDS)
 def test_help_of_the_group_and_of_each_command_imports_nothing_heavy(name):
     """But numpy, for settings that hold a grid or the rig's cameras."""

@@ -40,6 +40,7 @@ def run(variables, *arguments):
     )
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("variables", ASCII, ids=str)
 def test_help_tables_errors_and_progress_are_ascii(variables, tiny_dataroot, tmp_path):
     odd = tmp_path / "é → b"

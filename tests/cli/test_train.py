@@ -234,6 +234,7 @@ finally:
 """
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

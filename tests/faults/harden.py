@@ -1,12 +1,13 @@
 """`make harden`: disturb every command, break every input, and count what comes of it.
 
-Resumable: each part keeps its counts in a JSON file, and a run goes on with what is missing. `--sample` tries
-a few cases of each quick part instead and writes them to stdout, for the tests.
+Resumable: each part keeps its counts in a JSON file, and a run resumes with what is missing. `--sample` tries
+a case of some quick parts instead and writes the counts to stdout, for the tests.
 """
 
 import argparse
 import json
 import os
+import random
 import re
 import subprocess
 import sys
@@ -31,7 +32,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--minutes", type=float, default=90, help="no case is begun after that")
     parser.add_argument("--only", default="", help="regular expression: only parts whose file's name matches")
     parser.add_argument("--workers", type=int, default=2, help="processes")
-    parser.add_argument("--sample", type=int, help="try so many cases of each quick part; JSON to stdout")
+    parser.add_argument("--sample", type=int, help="try a case of so many quick parts; JSON to stdout")
     parser.add_argument("--seed", default="0", help="of the sample")
     parser.add_argument("--worker", type=int, help=argparse.SUPPRESS)
     parser.add_argument("--scratch", type=Path, help=argparse.SUPPRESS)
@@ -93,8 +94,8 @@ def _sample(worker, parts, options) -> int:
     from harness.faults import Tally
 
     tally = Tally()
-    for part in parts:
-        for case in worker.cases(part, options.seed)[: options.sample]:
+    for part in random.Random(options.seed).sample(parts, options.sample):
+        for case in worker.cases(part, options.seed)[:1]:
             case(tally)
     print(json.dumps({"outcomes": tally.outcomes, "missed": tally.missed, "bad": tally.bad}, indent=1))
     return int(bool(tally.bad))

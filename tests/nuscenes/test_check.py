@@ -61,6 +61,7 @@ def test_a_record_that_many_frames_use_counts_once(small_root, damage):
     assert (finding.rule, finding.count, len(finding.examples)) == ("R301", 1, 1)
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize(
     ("table", "token", "values", "rule"),
     [
@@ -168,6 +169,7 @@ FILES = [
 ]
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize(("name", "damage_file", "rule", "severity"), FILES)
 def test_files(small_root, name, damage_file, rule, severity):
     damage_file(small_root / name)

@@ -49,6 +49,7 @@ def _agree(root, out, use):
     return bool(errors)
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("use", USES.values(), ids=USES)
 @pytest.mark.parametrize("name", FILES)
 def test_a_file_that_is_absent(small_root, tmp_path, name, use):
@@ -57,6 +58,7 @@ def test_a_file_that_is_absent(small_root, tmp_path, name, use):
     _agree(small_root, tmp_path, use)
 
 
+@pytest.mark.sampled(8)
 @pytest.mark.parametrize("use", [USES[name] for name in ("both", "with LiDAR", "no map")])
 @pytest.mark.parametrize(("table", "token", "values"), RECORDS)
 def test_a_record_that_is_wrong(small_root, tmp_path, damage, table, token, values, use):

@@ -50,6 +50,7 @@ FAULTS = {
 }
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(("table", "spoil", "column", "count"), FAULTS.values(), ids=FAULTS)
 def test_what_was_spoilt_comes_back(small_root, edit_table, table, spoil, column, count):
     sound = _tables(small_root / "v1.0-small")

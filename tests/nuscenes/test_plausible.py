@@ -89,6 +89,7 @@ WHOLE = {
 }
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(("table", "mutate", "rule", "figure"), WHOLE.values(), ids=WHOLE)
 def test_a_figure_tells_what_single_records_can_t(world, edit_table, table, mutate, rule, figure):
     edit_table(world, table, mutate)

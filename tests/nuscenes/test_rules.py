@@ -299,6 +299,7 @@ DAMAGE = {
 }
 
 
+@pytest.mark.sampled(16)
 @pytest.mark.parametrize("damaged", DAMAGE.values(), ids=DAMAGE)
 def test_damage_is_named_where_it_is_used(small_root, damage, damaged):
     table, token, values, rule, words = damaged
@@ -318,6 +319,7 @@ def test_damage_is_named_where_it_is_used(small_root, damage, damaged):
     assert len(other.cameras["CAM_FRONT"]) == 3
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("name", ["", ".", "..", "a/b", "a\\b", "CAM\n", "CAM ", ".hidden", "C" * 201])
 def test_a_channel_that_can_t_be_a_file_name_is_refused_for_whom_it_is_used(small_root, damage, name):
     path = damage("sensor", "sensor-CAM_FRONT", channel=name)
@@ -343,6 +345,7 @@ def _edit(records, token, **values):
     record.update(values)
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize(
     ("table", "token"),
     [
@@ -520,6 +523,7 @@ def test_a_scene_without_key_frames(small_root, edit_table):
     assert "[R203, scene-0001]" in _message(small_root)  # first_sample_token
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(
     "name", ["", ".", "..", ".hidden", "a/b", "a\\b", "a\0b", "a\nb", "ends.", "x" * 201, "é" * 101]
 )
@@ -558,6 +562,7 @@ def test_a_scene_without_a_name_is_listed_by_its_token_and_fails(small_root, dam
     assert message.startswith(f"{path}: record scene-1: name missing or of the wrong type: name is ")
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     ("table", "token", "values"),
     [
@@ -581,6 +586,7 @@ def test_damage_to_other_sensors_does_not_matter(small_root, damage, table, toke
         _message(small_root, ["CAM_FRONT", channel])
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(
     ("table", "token", "values"),
     [

@@ -55,6 +55,7 @@ def _nothing(root):
 NO_TRAJECTORY = "no frame has a valid trajectory"  # its scenes have eight key frames
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     ("spoil", "options", "expected"),
     [

@@ -28,6 +28,7 @@ def maps(dataset):
     return [scene.cameras["CAM_FRONT"][0].map_path.rpartition("/")[2] for scene in scenes]
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(
     ("workers", "place"), [(1, "in this process"), (2, "in 2 worker processes")], ids=["alone", "pool"]
 )

@@ -67,6 +67,7 @@ UNUSABLE = {
 }
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("break_maps", UNUSABLE)
 def test_a_map_that_can_t_be_used_stops_only_what_needs_it(
     tmp_path, tiny_dataroot, edit_table, run, without, break_maps

@@ -77,6 +77,7 @@ def _shrink(path):
 DAMAGE = {"image is absent": _lose_one, "image is damaged": _cut, "image is of another size": _shrink}
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("workers", [1, 2])
 def test_what_is_absent_is_one_line_before_any_map_is_decoded(
     tmp_path, run, partial, images, mask_cache, workers
@@ -165,6 +166,7 @@ def test_where_nothing_is_bad_nothing_differs(tmp_path, run, skipping, complete,
         assert digests(out) == digests(undisturbed)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("kind", DAMAGE)
 def test_kinds_of_bad_frames(tmp_path, run, root, images, skipping, complete, kind):
     DAMAGE[kind](images(SCENES[0], "CAM_FRONT")[4])

@@ -7,6 +7,7 @@ from ogmkit.synthetic.layout import LOCATIONS, build_layout
 from ogmkit.synthetic.mask import rasterise
 
 
+@pytest.mark.sampled(6)
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("location", LOCATIONS, ids=lambda location: location.name)
 def test_every_town_is_sound(seed, location):

@@ -40,6 +40,7 @@ def answers(path, **inputs):
     return found
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("cameras", [("CAM_FRONT",), BOTH])
 @pytest.mark.parametrize("head", ["entries", "four-point"])
 def test_onnx_gives_the_homographies_that_the_system_predicts(tmp_path, make_run, head, cameras):

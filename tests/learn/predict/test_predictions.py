@@ -135,6 +135,7 @@ def from_shards(system, runs, shards, out, **more):
     return read(out / "scene-0001.h5", "CAM_FRONT")
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("system", SETTINGS)
 def test_files_hold_what_is_predicted(tmp_path, learn_shards, runs, system):
     told = []

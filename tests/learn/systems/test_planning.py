@@ -46,6 +46,7 @@ def loss_of(net, batch):
     return sum(net.losses(net.answer(batch), batch).values())
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     ("name", "no_past"), [*((name, False) for name in PLANNERS), ("mid-to-end", True), ("holistic", True)]
 )
@@ -98,6 +99,7 @@ def test_the_targets_are_never_looked_at_but_the_destination(plan_shards, name):
     assert not torch.equal(net.predict(batch).plan.mean, net.predict({**batch, "future": other}).plan.mean)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", SEEING)
 def test_the_motion_alone_teaches_the_perception(plan_shards, name):
     net = system(plan_shards, name, encoder="resnet18")

@@ -62,6 +62,7 @@ def same(left, right):
     return left.keys() == right.keys() and all(torch.equal(left[name], right[name]) for name in left)
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("system", SYSTEMS)
 def test_each_system_trains_and_leaves_a_whole_run(tmp_path, learn_shards, system):
     run = tmp_path / "run"

@@ -61,6 +61,7 @@ def spoil(shards, name, frame, value=np.nan, scene="scene-0002"):
         h5[f"CAM_FRONT/{name}"][frame] = row
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("system", SYSTEMS)
 def test_objects_hold_what_is_planned(plan_shards, runs, system):
     told = []
