@@ -25,6 +25,7 @@ def pytest_configure(config):
 
 CAMERAS = ("CAM_FRONT", "CAM_FRONT_RIGHT", "CAM_BACK_RIGHT", "CAM_BACK", "CAM_BACK_LEFT", "CAM_FRONT_LEFT")
 TWO = ("CAM_FRONT", "CAM_BACK_RIGHT")
+THREE = (*TWO, "CAM_FRONT_LEFT")
 
 
 @dataclass(frozen=True)
@@ -54,13 +55,13 @@ def real_world(real_dataroot):
 
 @pytest.fixture(scope="session")
 def flat_world(synthesized):
-    """Of two cameras: to draw six takes most of the tests' time."""
+    """Of few cameras: to draw six takes most of the tests' time."""
     return World.load(synthesized("flat", relief_m=0.0, seed=5, cameras=TWO), *TWO)
 
 
 @pytest.fixture(scope="session")
 def hilly_world(synthesized):
-    return World.load(synthesized("hilly", relief_m=4.0, seed=6))
+    return World.load(synthesized("hilly", relief_m=4.0, seed=6, cameras=THREE), *THREE)
 
 
 @pytest.fixture(scope="session")

@@ -12,7 +12,7 @@ from ogmkit.nuscenes.dataset import Dataset
 CASES = {
     "real-0103": ("real_world", "scene-0103", "CAM_FRONT"),
     "real-0061": ("real_world", "scene-0061", "CAM_BACK_LEFT"),
-    "hilly": ("hilly_world", "scene-0001", "CAM_FRONT_RIGHT"),
+    "hilly": ("hilly_world", "scene-0001", "CAM_FRONT_LEFT"),
 }
 
 
