@@ -96,7 +96,7 @@ def batch_of(system):
     homography = torch.tensor([[-0.1, 0.4, -200], [0, -0.2, -300], [0, 4e-3, -1]], dtype=torch.float64)
     if hasattr(system, "code"):
         near = homography * (1 + 1e-3 * torch.rand(8, 3, 3, dtype=torch.float64))
-        code = type(system.code).fit(near, torch.zeros(8, dtype=torch.int64), 1, (height, width))
+        code = type(system.code).fit(near, torch.zeros(8, dtype=torch.int64), 1, (height, width), system.grid)
         system.code.load_state_dict(code.state_dict())
     lead = (1, SEQUENCE) if system.plans else (1,)
     return {
@@ -112,6 +112,7 @@ def batch_of(system):
         "positions": torch.rand(1, SEQUENCE, 2),
         "future": torch.rand(1, SEQUENCE, 2),
         "camera": torch.zeros(1, dtype=torch.int64),
+        "mirrored": torch.zeros(1, dtype=torch.bool),
     }
 
 

@@ -12,8 +12,8 @@ from ogmkit.learn.models.encoders import MULTIPLE_PX, ImageEncoder, padded_size
 
 _NARROWED = (256, 128)
 _SEED_WIDTH = 128
-_WIDTHS = (256, 256, 128, 64, 32, 16)
-"""Channels after each doubling, the last for all further ones."""
+_WIDTHS = (256, 256, 256, 256, 256, 128, 64, 32)
+"""Channels after each doubling: five as published, then fewer, the last for all further ones."""
 _SEED_SIDE = 2
 _LOGVAR_LIMIT = 10.0
 
@@ -22,8 +22,9 @@ class VedNet(nn.Module):
     """Convolutional encoder → sampled latent → transposed convolutions → one mask on the grid.
 
     As published: encoder features are narrowed by two convolutions and pooled once more, the latent has 512
-    numbers, and a seed of 2 × 2 is doubled five times. Here the seed has about the grid's proportions, is
-    doubled until it has as many cells, and the result is resampled to the grid.
+    numbers, and a seed of 2 × 2 is doubled five times by transposed convolutions, which are bilinear at the
+    start, each followed by two convolutions of 256 channels. Here the seed has about the grid's proportions,
+    is doubled until it has as many cells, and the result is resampled to the grid.
 
     Args:
         encoder: as `ImageEncoder`.
@@ -118,11 +119,16 @@ def _decoder(doublings: int) -> nn.Sequential:
     width = _SEED_WIDTH
     for step in range(doublings):
         after = _WIDTHS[min(step, len(_WIDTHS) - 1)]
-        layers += [
-            nn.ConvTranspose2d(width, after, 4, stride=2, padding=1, bias=False),
-            nn.BatchNorm2d(after),
-            nn.ReLU(inplace=True),
-            _convolution(after, after),
-        ]
+        layers += [_doubling(width), _convolution(width, after), _convolution(after, after)]
         width = after
-    return nn.Sequential(*layers, nn.Conv2d(width, 1, 1))
+    return nn.Sequential(*layers, nn.Conv2d(width, 1, 3, padding=1))
+
+
+def _doubling(channels: int) -> nn.ConvTranspose2d:
+    """Learnt upsampling by 2 that is bilinear to begin with, each channel for itself."""
+    layer = nn.ConvTranspose2d(channels, channels, 4, stride=2, padding=1, bias=False)
+    side = torch.tensor([0.25, 0.75, 0.75, 0.25])
+    with torch.no_grad():
+        layer.weight.zero_()
+        layer.weight[range(channels), range(channels)] = torch.outer(side, side)
+    return layer

@@ -1,7 +1,9 @@
 import pytest
 import torch
+from torch import nn
 from torch.distributions import Normal
 from torch.distributions import kl_divergence as divergence
+from torch.nn import functional
 
 from ogmkit.errors import SettingsError
 from ogmkit.learn.models.ved import VedNet, kl_divergence
@@ -13,6 +15,7 @@ def make(shape=(21, 13), encoder="resnet18"):
     return VedNet(encoder, None, SIZE, shape, latent=16)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     ("encoder", "shape"), [("resnet18", (21, 13)), ("vgg11_bn", (10, 7)), ("resnet18", (9, 1))]
 )
@@ -24,6 +27,14 @@ def test_masks_on_grids_of_odd_shapes(check_network, encoder, shape):
 def test_the_published_grid_has_the_published_seed():
     assert VedNet("resnet18", None, (256, 512), (64, 64)).seed_shape == (2, 2)
     assert VedNet("resnet18", None, (64, 64), (100, 55)).seed_shape == (7, 4)  # doubled four times: 112 × 64
+
+
+def test_the_decoder_doubles_bilinearly_to_begin_with():
+    doublings = [layer for layer in make().decoder if isinstance(layer, nn.ConvTranspose2d)]
+    values = torch.rand(1, 256, 5, 4)
+    expected = functional.interpolate(values, scale_factor=2, mode="bilinear", align_corners=False)
+    with torch.no_grad():
+        torch.testing.assert_close(doublings[1](values)[..., 1:-1, 1:-1], expected[..., 1:-1, 1:-1])
 
 
 def test_one_image_is_a_batch():
