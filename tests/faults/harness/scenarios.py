@@ -104,6 +104,12 @@ SCENARIOS = {
             "plans",
         ),
         _scenario(
+            "train from: train lstm-ed plans --out run --init planner --limit-frames 2 --max-steps 1 "
+            "--workers 0",
+            "plans planner",
+            "plans planner",
+        ),
+        _scenario(
             "print settings: train lstm-ed plans --config settings.yaml --print-config",
             "plans settings.yaml",
             "plans",
@@ -137,9 +143,9 @@ SCENARIOS = {
             slow=True,
         ),
         _scenario(
-            f"train network: train footprints rendered --out run {_NETWORK}",
-            "rendered",
-            "rendered",
+            f"train network: train footprints rendered --out run {_NETWORK} --encoder-weights encoder.pth",
+            "rendered encoder.pth",
+            "rendered encoder.pth",
             slow=True,
         ),
         _scenario(
@@ -207,6 +213,7 @@ TEMPLATES: dict[str, tuple[tuple[str, ...], Make]] = {
         ("rendered",),
         templates.command(f"train footprints rendered --out masks {_NETWORK}"),
     ),
+    "encoder.pth": ((), templates.encoder),
     "images": ((), templates.images),
     "past.json": ((), templates.past),
     "camera.json": ((), templates.camera),

@@ -50,21 +50,29 @@ def images(folder: Path) -> None:
     """Six images."""
     (folder / "images").mkdir()
     for number in range(6):
-        cv2.imwrite(str(folder / "images" / f"{number}.jpg"), np.full((900, 1600, 3), 40 * number, np.uint8))
+        cv2.imwrite(str(folder / "images" / f"{number}.jpg"), np.full((180, 320, 3), 40 * number, np.uint8))
+
+
+def encoder(folder: Path) -> None:
+    """Weights of the encoder that networks here have."""
+    import timm
+    import torch
+
+    torch.save(timm.create_model("test_resnet").state_dict(), folder / "encoder.pth")
 
 
 def past(folder: Path) -> None:
     """Past positions and a destination."""
     positions = [[float(2 * number), 0.0] for number in range(-5, 1)]
-    content = {"positions": positions, "destination": [12.0, 0.5], "image_size": [900, 1600]}
+    content = {"positions": positions, "destination": [12.0, 0.5], "image_size": [180, 320]}
     (folder / "past.json").write_text(json.dumps(content))
 
 
 def camera(folder: Path) -> None:
     """A way from the images' pixels to cells."""
     content = {
-        "image_size": [900, 1600],
-        "bev_from_image": [[0.06, -0.37, -117.0], [0.0, 0.2, -513.0], [0.0, 0.002, -1.0]],
+        "image_size": [180, 320],
+        "bev_from_image": [[0.3, -1.85, -117.0], [0.0, 1.0, -513.0], [0.0, 0.01, -1.0]],
     }
     (folder / "camera.json").write_text(json.dumps(content))
 
