@@ -9,6 +9,7 @@ import click
 
 from ogmkit.base.news import Waiting, tell
 from ogmkit.learn.catalogue import CATALOGUE, SystemEntry, require_read
+from ogmkit.learn.presets import PRESETS, preset_values
 
 from .groups import SuggestingGroup
 from .options import shards_argument, shards_split_file_option
@@ -26,7 +27,7 @@ saves. To resume, run the same command again; on a CPU, the weights are the same
 """
 _EXAMPLES = (
     "ogmkit train {system} shards --out runs/{system}",
-    "ogmkit train {system} shards --out runs/quick --epochs 5 --limit-frames 200",
+    "ogmkit train {system} shards --out runs/quick --preset fast --limit-frames 200",
 )
 
 
@@ -80,7 +81,16 @@ def _configured(context: click.Context, parameter: click.Parameter, path: Path |
     except SettingsError as error:
         raise SettingsError(f"{path}: {error}") from error
     settings = entry.settings.from_values(values, str(path))
-    context.default_map = {name: getattr(settings, name) for name in values if values[name] is not None}
+    chosen = {name: getattr(settings, name) for name in values if values[name] is not None}
+    context.default_map = {**(context.default_map or {}), **chosen}
+
+
+def _preset(context: click.Context, parameter: click.Parameter, name: str | None) -> None:
+    """Take a preset's values as defaults of the options; those of --config come before them."""
+    del parameter
+    if name is not None:
+        values = preset_values(CATALOGUE[str(context.info_name)], name)
+        context.default_map = {**values, **(context.default_map or {})}
 
 
 def system_command(entry: SystemEntry) -> TrainCommand:
@@ -108,6 +118,14 @@ def system_command(entry: SystemEntry) -> TrainCommand:
         expose_value=False,
         callback=_configured,
         help="YAML file of settings, as --print-config writes it; options take precedence.",
+    )
+    @click.option(
+        "--preset",
+        type=click.Choice(tuple(PRESETS)),
+        is_eager=True,
+        expose_value=False,
+        callback=_preset,
+        help="Settings that go together, in docs/settings.md; options and --config take precedence.",
     )
     @click.option("--print-config", is_flag=True, help="Write the settings as YAML, and train nothing.")
     @setting_options(entry.settings)

@@ -1,4 +1,4 @@
-"""Names: those that a pattern means, and in messages several, or one that isn't there; numbers of things."""
+"""Names: those that a pattern means, and in messages several, or one that isn't there; numbers, durations."""
 
 import difflib
 from collections.abc import Sequence
@@ -67,3 +67,10 @@ def with_number(count: int, noun: str) -> str:
     """`1 box`, `2 boxes`."""
     ending = "" if count == 1 else "es" if noun.endswith(("s", "x")) else "s"
     return f"{count:,} {noun}{ending}"
+
+
+def in_words(seconds: float) -> str:
+    """A duration to two digits: `40 s`, `12 min`, `3.5 h`, `2.1 days`."""
+    units = {"days": 86400, "h": 3600, "min": 60, "s": 1}
+    unit = next((unit for unit, size in units.items() if seconds >= 1.5 * size), "s")
+    return f"{float(f'{seconds / units[unit]:.2g}'):g} {unit}"

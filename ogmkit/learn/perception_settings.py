@@ -20,10 +20,19 @@ class EncoderTraining(TrainSettings):
     )
     encoder_weights: str | None = setting(
         None,
-        "File of weights; or a name such as imagenet, which is downloaded.",
+        "File of weights; or a name such as imagenet, downloaded unless the extra pretrained has it.",
         "Model",
         form="FILE|NAME",
         unset="random weights",
+    )
+
+    encoder_lr: float = setting(
+        1.0,
+        "Learning rate of the encoder as a factor of --lr.",
+        "Optimisation",
+        low=0,
+        high=1e3,
+        form="FACTOR",
     )
 
     def for_prediction(self) -> Self:

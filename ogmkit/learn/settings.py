@@ -11,8 +11,9 @@ from ogmkit.base.values import built
 from ogmkit.errors import SettingsError
 
 Optimizer = Literal["sgd", "adamw"]
-Schedule = Literal["constant", "cosine"]
-Precision = Literal["32-true", "16-mixed", "bf16-mixed"]
+Schedule = Literal["constant", "cosine", "one-cycle"]
+Arithmetic = Literal["32-true", "16-mixed", "bf16-mixed"]
+Precision = Literal[Arithmetic, "auto"]
 BatchNorm = Literal["batch", "kept"]
 
 
@@ -84,7 +85,12 @@ class TrainSettings:
     optimizer: Optimizer = setting("sgd", "Optimiser.", "Optimisation")
     lr: float = setting(1e-3, "Learning rate.", "Optimisation", low=0, high=1e3)
     schedule: Schedule = setting(
-        "constant", "Schedule of the learning rate: constant, or cosine decay to 0.", "Optimisation"
+        "constant",
+        "Schedule of the learning rate: constant, cosine decay to 0, or one cycle that rises to --lr first.",
+        "Optimisation",
+    )
+    warm_up: int = setting(
+        0, "Number of steps over which the learning rate rises to --lr.", "Optimisation", low=0
     )
     momentum: float = setting(0.9, "Momentum of sgd.", "Optimisation", low=0, high=1)
     weight_decay: float = setting(0.0, "Weight decay.", "Optimisation", low=0, high=1)
@@ -106,7 +112,11 @@ class TrainSettings:
         high=1024,
         unset="1",
     )
-    precision: Precision = setting("32-true", "Precision of the arithmetic.", "Run")
+    precision: Precision = setting(
+        "32-true",
+        "Precision of the arithmetic; auto is bf16-mixed where the device computes with it, else 32-true.",
+        "Run",
+    )
     checkpoint_every: int = setting(
         500, "Number of steps between checkpoints: the most that a kill can cost.", "Run", low=1
     )
@@ -116,6 +126,8 @@ class TrainSettings:
         train, val = self.splits
         if train == val:
             raise SettingsError(f"train split and validation split are both {val!r}")
+        if self.warm_up and self.schedule == "one-cycle":
+            raise SettingsError("warm_up: the schedule one-cycle has its own; leave it out")
 
     @property
     def splits(self) -> tuple[str, str]:
@@ -151,7 +163,7 @@ class TrainSettings:
     def resumable(self) -> frozenset[str]:
         """Names of settings that may change when a training resumes: they say how and how long, not what."""
         how = frozenset({"workers", "checkpoint_every"})
-        return how if self.schedule == "cosine" else how | {"epochs", "max_steps"}
+        return how | {"epochs", "max_steps"} if self.schedule == "constant" else how
 
     def for_prediction(self) -> Self:
         """The settings of a network whose weights are there, and which needs no gradients."""

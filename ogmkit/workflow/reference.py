@@ -9,6 +9,7 @@ from ogmkit.footprints.settings import FootprintSettings
 from ogmkit.grid import GridSpec
 from ogmkit.homography.settings import FitSettings
 from ogmkit.learn.catalogue import CATALOGUE, all_settings, readers
+from ogmkit.learn.presets import PRESETS
 from ogmkit.pictures.settings import PreviewSettings
 from ogmkit.shards.settings import ExtractSettings
 from ogmkit.synthetic.settings import SynthesisSettings
@@ -26,7 +27,7 @@ _COMMANDS = {
 
 def settings_markdown() -> str:
     """Tables of the settings of all commands, as docs/settings.md has them."""
-    return "\n".join((*_command_tables(), *_training_table()))
+    return "\n".join((*_command_tables(), *_training_table(), *_preset_table()))
 
 
 def _command_tables() -> Iterator[str]:
@@ -51,6 +52,18 @@ def _training_table() -> Iterator[str]:
         listed = (f"{value} ({', '.join(s for s in systems if defaults[s] == value)})" for value in others)
         row = _row(CATALOGUE[systems[0]].settings, name, stated, (usual, *listed))
         yield f"{row} {'all' if len(systems) == len(CATALOGUE) else ', '.join(systems)} |"
+
+
+def _preset_table() -> Iterator[str]:
+    """What each preset sets, other than the paper's."""
+    names = {name: values for name, values in PRESETS.items() if values}
+    stated = all_settings()
+    yield from ("", "### Presets", "")
+    yield f"| setting | {' | '.join(f'`--preset {name}`' for name in names)} |"
+    yield f"| --- |{' --- |' * len(names)}"
+    for setting in dict.fromkeys(setting for values in names.values() for setting in values):
+        shown = (_shown(values[setting], stated[setting]) for values in names.values())
+        yield f"| `{setting}` | {' | '.join(shown)} |"
 
 
 def _row(record: type[Any], name: str, stated: Stated, defaults: tuple[str, ...]) -> str:

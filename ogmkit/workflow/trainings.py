@@ -12,11 +12,14 @@ from ogmkit.base.stated import stated_fields
 from ogmkit.base.values import mapping, require_known
 from ogmkit.errors import SettingsError
 from ogmkit.homography.sources import SURFACE, preferred_source
-from ogmkit.learn.catalogue import all_settings, entry_of, require_read, systems_of
+from ogmkit.learn.catalogue import SystemEntry, all_settings, entry_of, require_read, systems_of
 from ogmkit.learn.perception_settings import EncoderTraining
 from ogmkit.learn.planner_settings import HolisticTraining
+from ogmkit.learn.presets import preset_values
 from ogmkit.shards.additions import require_name
 from ogmkit.workflow.config import ELSEWHERE, FOOTPRINTS, HOMOGRAPHY, Config, Training
+
+_PRESET = "preset"
 
 
 def read_trainings(config: Config, values: Mapping[str, Any], path: Path) -> Config:
@@ -34,7 +37,7 @@ def read_trainings(config: Config, values: Mapping[str, Any], path: Path) -> Con
     everywhere = f"{path}: train"
     common = mapping(values.get("train"), everywhere)
     _require_here(common, everywhere)
-    require_known(common, tuple(all_settings()), everywhere)
+    require_known(common, (_PRESET, *all_settings()), everywhere)
     reader = _Reader(values, path, {"workers": config.readers}, common)
     if HOMOGRAPHY in values:  # decides what the others learn from
         config = replace(config, homography=reader.single(HOMOGRAPHY, {}))
@@ -106,8 +109,8 @@ class _Reader:
             require_read(entry, values)
         except SettingsError as error:
             raise SettingsError(f"{where}: {error}") from error
-        shared = {**self.defaults, **defaults, **self.common}
-        chosen = {**entry.read(shared), **values}
+        shared, own = (_with_preset(entry, some, where) for some in (self.common, values))
+        chosen = {**entry.read({**self.defaults, **defaults, **shared}), **own}
         weights = chosen.get("encoder_weights")
         if isinstance(weights, str) and place(weights, self.path.parent).is_file():
             chosen["encoder_weights"] = str(place(weights, self.path.parent).resolve())
@@ -119,6 +122,16 @@ class _Reader:
         return Training(name, settings)
 
 
+def _with_preset(entry: SystemEntry, values: Mapping[str, Any], where: str) -> dict[str, Any]:
+    """Settings with those of their preset beneath them."""
+    own = dict(values)
+    name = own.pop(_PRESET, None)
+    try:
+        return own if name is None else {**preset_values(entry, str(name)), **own}
+    except SettingsError as error:
+        raise SettingsError(f"{where}: {error}") from error
+
+
 def _require_here(values: Mapping[str, Any], where: str) -> None:
     for name, instead in ELSEWHERE.items():
         if name in values:
@@ -128,7 +141,7 @@ def _require_here(values: Mapping[str, Any], where: str) -> None:
 def _unread(config: Config, common: Mapping[str, Any], where: str) -> tuple[str, ...]:
     """What to say of shared settings that no training of the file reads."""
     read = {name for training in config.trainings for name in stated_fields(type(training.settings))}
-    names = [name for name in common if name not in read]
+    names = [name for name in common if name not in read and name != _PRESET]
     if not names:
         return ()
     return (f"{where}: no training here reads {', '.join(names)}; ignored",)

