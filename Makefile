@@ -14,7 +14,8 @@ EXACT := $(addprefix tests/,geometry raster homography footprints metrics test_g
 	--deselect=tests/raster/test_drivable.py::test_random_poses_on_the_real_masks_follow_the_devkit_s_rule
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test slow harden mutants conformance conformance-env environments bench bench-learn bench-plan
+.PHONY: help install demo test slow harden mutants conformance conformance-env environments bench bench-learn bench-plan \
+	bench-real
 
 help:
 	@echo "make install      $(VENV) with the ogmkit command and what training needs"
@@ -27,6 +28,7 @@ help:
 	@echo "make bench        the figures of docs/performance.md, measured side by side"
 	@echo "make bench-learn  every stage-1 system trained on a synthetic world, one table; takes hours"
 	@echo "make bench-plan   every planner likewise, the second table; takes hours"
+	@echo "make bench-real   networks on real images, each scene left out once; takes hours (REAL=--quick: less)"
 
 define new_environment
 @$(PYTHON) -c 'import sys; sys.exit(None if sys.version_info >= (3, 11) else "ogmkit needs Python 3.11 or newer, \
@@ -106,6 +108,9 @@ bench: $(VENV)/.installed $(DEVKIT)/.installed
 
 bench-learn: $(VENV)/.installed-dev
 	$(VENV)/bin/python benchmarks/perception.py
+
+bench-real: $(VENV)/.installed-dev
+	$(VENV)/bin/python benchmarks/real.py $(REAL)
 
 bench-plan: $(VENV)/.installed-dev
 	$(VENV)/bin/python benchmarks/planning.py

@@ -100,11 +100,13 @@ def geometry(frame):
     return FrameGeometry(
         intrinsics=frame.intrinsics,
         level_from_camera=frame.level_from_camera,
+        level_from_ego=frame.level_from_global @ frame.global_from_ego,
         image_size=frame.image_size,
         level_from_box=frame.level_from_global @ frame.boxes.global_from_box,
         size_wlh=frame.boxes.size_wlh,
         category=frame.boxes.category,
         visibility=frame.boxes.visibility,
+        num_lidar_pts=frame.boxes.num_lidar_pts,
     )
 
 

@@ -119,6 +119,7 @@ def command(
     Rows that need no RUN, below the others:
     all-drivable       drivable everywhere, vehicles nowhere
     mean-map           the mean of the scenes to learn from, by camera
+    mean-mask          their mean mask in camera view, warped as networks' masks are
     ceiling-SOURCE     true footprints warped by a homography: the error of the homography alone
     ceiling-full-body  true whole bodies warped likewise: the error of the stretch alone
 

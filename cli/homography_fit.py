@@ -39,8 +39,8 @@ from .text import json_text
     metavar="METHOD,…",
     default=("surface", "dlt", "plane", "calibration"),
     show_default=True,
-    help="How to find the homography: surface, dlt, robust, plane, four-point or calibration; repeat the "
-    "option or separate methods by commas.",
+    help="How to find the homography: surface, dlt, robust, plane, four-point, calibration or ego-plane; "
+    "repeat the option or separate methods by commas.",
 )
 @cameras_option()
 @record_options(FitSettings, "settings")
@@ -66,9 +66,9 @@ def command(
     """Fit camera-to-BEV homographies to every frame.
 
     Adds a group homography/<method> to each camera of SHARDS, a folder that `ogmkit extract`
-    wrote, and shows the errors of each method: each box is left out of a fit and measured. `surface` and
-    `calibration` ignore the options on corners. A frame for which a method has no answer is marked
-    invalid, with the reason. To resume after an interruption, run the same command again.
+    wrote, and shows the errors of each method: each box is left out of a fit and measured. `surface`,
+    `calibration` and `ego-plane` ignore the options on corners. A frame for which a method has no answer is
+    marked invalid, with the reason. To resume after an interruption, run the same command again.
 
     Fields of --json: shards, kept (shards that already complete), seconds, methods (a list: method, frames,
     valid, residual_px and residual_cells (medians), left_out (by distance: from_m, to_m, boxes, median_m,

@@ -45,7 +45,8 @@ def command(path: Path, version: str | None, as_json: bool) -> None:
                 invalid (scene, camera, of, reason, frames: their numbers from 0),
                 left_out (camera, reason, frames: how many)
     run         system, settings, scenes, checkpoints, figures (epoch, step, name, value)
-    checkpoint  system, settings, grid, cameras, epoch, package_version
+    checkpoint  system, settings, grid, cameras, epoch, package_version, adapted (null, or run, sha256,
+                source, scenes, images)
     """  # noqa: D301  # Click wants the character
     kind = _kind(path)
     held = {"path": str(path), "kind": kind, **_READERS[kind](path, version)}

@@ -105,6 +105,9 @@ def _checkpoint(held: _Held) -> Iterator[str]:
     yield f"{held['path']}: {held['system']}, epoch {held['epoch']}, by ogmkit {held['package_version']}"
     yield f"cameras: {', '.join(held['cameras'])}"
     yield f"grid: {grid['rows']} rows × {grid['columns']} columns, {grid['m_per_cell']} m a cell"
+    if held["adapted"]:
+        made = held["adapted"]
+        yield f"batch normalisation: by {made['images']} images of {made['source']}, from {made['run']}"
     yield from _settings(held["settings"])
 
 

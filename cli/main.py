@@ -30,6 +30,7 @@ COMMANDS = {
     "homography-fit": "Fit camera-to-BEV homographies to every frame.",
     "render-footprints": "Render drivable area and vehicles as camera-view masks.",
     "train": "Train a network on shards.",
+    "adapt": "Take a network's normalisation from images without labels.",
     "predict": "Predict with a trained network.",
     "evaluate": "Score trained networks by the paper's tables.",
     "run": "Run the whole chain: shards, networks, both tables.",

@@ -27,6 +27,7 @@ class TargetSettings:
     grid: GridSpec = field(default_factory=GridSpec)
     categories: tuple[str, ...] = with_default(FitSettings, "categories", ("vehicle.",))
     min_visibility: int = with_default(FitSettings, "min_visibility", 0)
+    min_lidar_points: int = with_default(FitSettings, "min_lidar_points", 0)
     step_s: float = setting(
         STEP_S,
         "Time from one point of a trajectory, or image of a sequence, to the next.",
@@ -54,6 +55,11 @@ class TargetSettings:
         require_stated(self)
         if not self.categories or not all(self.categories):
             raise SettingsError("categories: name at least one prefix, such as vehicle.")
+
+    @property
+    def labels(self) -> tuple[tuple[str, ...], int, int]:
+        """Which boxes count as vehicles, as `ogmkit.raster.vehicles.select` takes it."""
+        return self.categories, self.min_visibility, self.min_lidar_points
 
     @property
     def lidar_source(self) -> str | None:

@@ -77,7 +77,7 @@ def build_targets(frame: FrameRecord, settings: TargetSettings, map_mask: MapMas
     """
     grid, level_from_global = settings.grid, frame.level_from_global
     image = None if settings.images == "none" else read_image(frame)
-    shown = select(frame.boxes, settings.categories, settings.min_visibility)
+    shown = select(frame.boxes, *settings.labels)
     return FrameTargets(
         drivable=None if map_mask is None else drivable_mask(grid, level_from_global, map_mask),
         vehicles=vehicle_mask(grid, level_from_global, shown),

@@ -92,6 +92,8 @@ def test_all_targets_of_a_frame_share_the_grid_and_lie_where_the_scene_says(fram
 
 def test_settings_choose_boxes_gap_and_lidar(frame, build):
     assert not build(frame, min_visibility=2).vehicles.any()
+    assert build(frame, min_lidar_points=3).vehicles.any()
+    assert not build(frame, min_lidar_points=4).vehicles.any()
     assert build(frame, categories=("human.",)).vehicles.sum() == 4
     assert not build(frame, max_gap_s=0.4).trajectory.valid
     assert build(frame).lidar_points is None
@@ -150,6 +152,7 @@ def test_a_folder_in_the_image_s_place_is_an_error_of_the_same_kind(frame):
         {"categories": ("vehicle.", "")},
         {"min_visibility": 5},
         {"min_visibility": -1},
+        {"min_lidar_points": -1},
         {"max_gap_s": 0.0},
         {"max_gap_s": float("nan")},
         {"max_gap_s": float("inf")},

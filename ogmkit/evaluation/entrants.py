@@ -8,13 +8,10 @@ from pathlib import Path
 from ogmkit.base.differences import differences
 from ogmkit.errors import CheckpointError, SettingsError
 from ogmkit.evaluation.runs import OpenRun
-from ogmkit.evaluation.scope import PREFERRED, Scope, paths
+from ogmkit.evaluation.scope import PREFERRED, Scope, masks_problem
 from ogmkit.grid import GridSpec
 from ogmkit.learn.catalogue import CATALOGUE
-from ogmkit.shards import schema
-from ogmkit.shards.crosschecks_added import origin_problem
-from ogmkit.shards.reader import Shard
-from ogmkit.shards.remedies import footprints_command, homography_command
+from ogmkit.shards.remedies import homography_command
 
 
 @dataclass(frozen=True)
@@ -51,7 +48,8 @@ def entrants_of(runs: Sequence[OpenRun], scope: Scope, reserved: Sequence[str]) 
     require_fitting(runs, scope.shards, scope.grid, scope.index.cameras)
     for run in runs:
         _require_grids(run, scope)
-    problems = {run.masks: masks_problem(scope, run.masks) for run in runs if run.masks is not None}
+    masks = {run.masks for run in runs if run.masks is not None}
+    problems = {name: masks_problem(scope.shards, scope.index, name) for name in masks}
     names = names_of([run.path for run in runs], [run.system for run in runs], reserved)
     return tuple(
         Entrant(name, run, None, f"{name}: {run.path}")
@@ -119,20 +117,6 @@ def names_of(runs: Sequence[Path], systems: Sequence[str], reserved: Sequence[st
         return str(path)
 
     return tuple(name_of(path, system) for path, system in zip(resolved, systems, strict=True))
-
-
-def masks_problem(scope: Scope, name: str) -> str:
-    """Why a set of camera-view masks can't serve as truth; empty where it can."""
-    for path in paths(scope.index).values():
-        with Shard(path) as shard:
-            for camera in scope.index.cameras:
-                if name not in shard.added(camera, schema.FOOTPRINTS.name):
-                    command = footprints_command(scope.shards, name)
-                    return f"{path.name}: {camera} has no footprints {name!r}: run `{command}`"
-                problem = origin_problem(shard, camera, name)
-                if problem:
-                    return f"{path.name}: {camera}/footprints/{name} {problem}"
-    return ""
 
 
 def _masked_entrant(name: str, run: OpenRun, masks: str, problem: str) -> Entrant:

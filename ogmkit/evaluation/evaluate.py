@@ -5,7 +5,8 @@ from pathlib import Path
 
 from ogmkit.base.names import with_number
 from ogmkit.base.news import Found, tell
-from ogmkit.evaluation.baselines import ALL_DRIVABLE, MEAN_MAP, Ceilings
+from ogmkit.evaluation.baselines import ALL_DRIVABLE, Ceilings
+from ogmkit.evaluation.controls import Controls, control_notes, mean_mask_set
 from ogmkit.evaluation.entrants import Entrant, entrants_of
 from ogmkit.evaluation.progress import Progress, spread, ticker
 from ogmkit.evaluation.result import Evaluation
@@ -15,7 +16,6 @@ from ogmkit.evaluation.scoring import Scored, Scorer
 from ogmkit.evaluation.seen import seen_by
 from ogmkit.evaluation.settings import EvaluateSettings
 from ogmkit.metrics.bootstrap import interval_notes
-from ogmkit.samples.splits import TRAIN
 
 
 def evaluate(
@@ -36,7 +36,7 @@ def evaluate(
     Args:
         shards: a folder that an extraction finished.
         runs: of systems that predict grids, as `ogmkit.learn.predict.run.open_run` gives them.
-        settings: how they are scored; the mean map comes from the scenes to learn from.
+        settings: how they are scored; the controls' means come from the scenes to learn from.
         split_file: a JSON file of split → scene names instead of the manifest's splits.
         cameras: channels; none means all.
         ceilings: the sources that get a row of true footprints warped by them; None means all that all
@@ -61,15 +61,17 @@ def evaluate(
         sources=ceilings,
         limit=chosen.limit,
     )
-    training = 0 if scope.training is None else len(scope.training)
+    masks, mask_note = mean_mask_set(scope, [run.masks for run in runs if run.masks is not None])
+    controls = Controls(scope, masks, chosen.threshold)
     warped = Ceilings(scope.sources, scope.homography, chosen.scale)
-    fixed = (ALL_DRIVABLE, *((MEAN_MAP,) if training else ()), *warped.names)
+    fixed = (ALL_DRIVABLE, *controls.names, *warped.names)
     entrants = entrants_of(runs, scope, fixed)
     seen = seen_by({one.name: one.run.checkpoint for one in entrants}, scope.scenes)
     tell(Found(f"{scope.index.counted('frame')}; {with_number(len(entrants), 'run')}"))
-    tick = ticker(on_progress, training + len(scope.index) * (len(entrants) + 1))
+    tick = ticker(on_progress, controls.frames + len(scope.index) * (len(entrants) + 1))
     scorer = Scorer(scope, chosen.threshold, tick)
-    for_free = scorer.fixed(fixed, warped)  # first: it is quick, and finds what is wrong with the shards
+    # First: it is quick, and finds what is wrong with the shards.
+    for_free = scorer.fixed(fixed, controls, warped)
     kept = spread(chosen.samples, len(scope.index))
     # One after the other: only one network is held at a time.
     scored = [
@@ -93,10 +95,17 @@ def evaluate(
         systems=tuple(entrant.name for entrant in entrants),
         fixed=fixed,
         figures=tuple(figure for tally in tallies for figure in tally.figures()),
-        notes=(*map(_run_note, entrants, scored), *seen.notes(), *_notes(scope)),
+        notes=(
+            *map(_run_note, entrants, scored),
+            *seen.notes(),
+            *_notes(scope),
+            *control_notes(scope, controls.names),
+            *([mask_note] if mask_note else []),
+        ),
         samples=tuple(sample for one in scored for sample in one.samples),
         chosen_on_reported=tuple(seen.chosen),
         learnt_from_reported=tuple(seen.learnt),
+        definition=scope.definition,
     )
 
 
@@ -117,8 +126,4 @@ def _notes(scope: Scope) -> list[str]:
     ]
     if not scope.invalid:
         notes.append("no ceilings: the shards have no homographies")
-    if scope.training is None:
-        notes.append(f"no {MEAN_MAP}: there is no split {TRAIN!r} to take it from")
-    elif {*scope.training.scenes} & {*scope.scenes}:
-        notes.append(f"{MEAN_MAP} has seen scenes of this split")
     return notes

@@ -19,7 +19,7 @@ def vehicle_faces(shard: Shard, camera: str, index: int, seen_from: int | None =
         (M, 4, 2) corners x, y in metres.
     """
     targets = shard.settings.targets
-    boxes = select(shard.boxes(camera, index), targets.categories, targets.min_visibility)
+    boxes = select(shard.boxes(camera, index), *targets.labels)
     own = index if seen_from is None else seen_from
     level_from_global = shard.dataset(camera, "level_from_global")[own]
     corners: FloatArray = ground_corners(level_from_global @ boxes.global_from_box, boxes.size_wlh)[..., :2]

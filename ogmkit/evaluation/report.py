@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from ogmkit.evaluation.result import Evaluation, Figure
+from ogmkit.evaluation.result import Evaluation, Figure, labels_told
 from ogmkit.evaluation.tables import NOTHING, WITH_INTERVAL, Report, Table, counted, further_tables, shown
 from ogmkit.metrics.iou import CELLS, IOUS, TUNED_IOU
 from ogmkit.metrics.regions import CLOSE_AHEAD_M, CLOSE_ASIDE_M, REGIONS
@@ -51,8 +51,9 @@ def heading(evaluation: Evaluation) -> str:
     grid = evaluation.grid
     homography = evaluation.homography or "none"
     return (
-        f"split {evaluation.split}: {counted(evaluation.frames, 'frame')} in "
-        f"{counted(evaluation.scenes, 'scene')}, {', '.join(evaluation.cameras)}; "
+        f"{labels_told(evaluation.definition)}split {evaluation.split}: "
+        f"{counted(evaluation.frames, 'frame')} in {counted(evaluation.scenes, 'scene')}, "
+        f"{', '.join(evaluation.cameras)}; "
         f"homography {homography}; threshold {evaluation.threshold:g}; "
         f"{grid.rows} × {grid.columns} cells of {grid.m_per_cell:g} m; ceilings at 1:{evaluation.scale:g}"
     )

@@ -4,10 +4,27 @@ from dataclasses import dataclass, field
 
 from ogmkit.evaluation.frames import Place
 from ogmkit.grid import GridSpec
+from ogmkit.target_settings import TargetSettings
 from ogmkit.typing import UInt8Array
 
 PAPER = "paper"
 """The paper's definition of labels (design.md §3)."""
+
+
+def definition_of(targets: TargetSettings) -> str:
+    """The definition of a folder's labels: `paper`, and what differs from it: `paper, min_lidar_points 1`."""
+    paper = TargetSettings()
+    different = [
+        f"{name} {'+'.join(value) if isinstance(value, tuple) else value}"
+        for name in ("categories", "min_visibility", "min_lidar_points")
+        if (value := getattr(targets, name)) != getattr(paper, name)
+    ]
+    return ", ".join((PAPER, *different))
+
+
+def labels_told(definition: str) -> str:
+    """What a heading says of labels: nothing of the paper's."""
+    return "" if definition == PAPER else f"labels: {definition}; "
 
 
 @dataclass(frozen=True)
@@ -79,6 +96,7 @@ class Evaluation:
         samples: kept predictions, run by run.
         chosen_on_reported: names of the runs whose checkpoint was chosen on scenes that are reported.
         learnt_from_reported: names of the runs that learnt from such scenes.
+        definition: of the labels.
     """
 
     split: str
@@ -96,3 +114,4 @@ class Evaluation:
     samples: tuple[Sample, ...]
     chosen_on_reported: tuple[str, ...] = ()
     learnt_from_reported: tuple[str, ...] = ()
+    definition: str = PAPER

@@ -9,15 +9,17 @@ import numpy as np
 from ogmkit.base.names import unknown
 from ogmkit.errors import SettingsError
 from ogmkit.evaluation.frames import Place
+from ogmkit.evaluation.result import definition_of
 from ogmkit.grid import GridSpec
 from ogmkit.samples.index import FrameIndex, index_frames
 from ogmkit.samples.requirements import require_drivable
 from ogmkit.samples.spec import SampleSpec
 from ogmkit.samples.splits import TEST, divide_scenes, split_scenes
 from ogmkit.shards import schema
+from ogmkit.shards.crosschecks_added import origin_problem
 from ogmkit.shards.manifest import read_manifest
 from ogmkit.shards.reader import Shard
-from ogmkit.shards.remedies import homography_command
+from ogmkit.shards.remedies import footprints_command, homography_command
 from ogmkit.typing import IntArray
 
 PREFERRED = ("network", "surface")
@@ -37,6 +39,7 @@ class Scope:
         sources: homographies to be compared.
         invalid: homography that all shards of the split have, sorted → frames without a valid one.
         homography: the source that masks are warped by; None where there is no preferred one.
+        definition: of the labels.
     """
 
     shards: Path
@@ -47,6 +50,7 @@ class Scope:
     sources: tuple[str, ...]
     invalid: Mapping[str, int]
     homography: str | None
+    definition: str
 
     @property
     def grid(self) -> GridSpec:
@@ -78,12 +82,14 @@ class Reported:
         scenes: their names.
         training: names of the scenes to learn from.
         note: how that differs from the shards' splits of these names; empty where it doesn't.
+        definition: of the shards' labels.
     """
 
     split: str
     scenes: tuple[str, ...]
     training: tuple[str, ...]
     note: str
+    definition: str
 
 
 def scope_of(
@@ -125,7 +131,17 @@ def scope_of(
             require_homography(shards, reported.split, invalid, source)
     chosen = homography or next((source for source in PREFERRED if source in invalid), None)
     compared = tuple(invalid if sources is None else sources)
-    return Scope(shards, reported.split, reported.note, index, training, compared, invalid, chosen)
+    return Scope(
+        shards,
+        reported.split,
+        reported.note,
+        index,
+        training,
+        compared,
+        invalid,
+        chosen,
+        reported.definition,
+    )
 
 
 def reported_scenes(shards: Path, split: str | None, split_file: Path | None) -> Reported:
@@ -152,7 +168,8 @@ def reported_scenes(shards: Path, split: str | None, split_file: Path | None) ->
     if not splits[chosen]:
         raise SettingsError(f"{owner}: split {chosen!r} has none of the scenes of {shards}; choose another")
     note = division.note if splits[chosen] == division.test else ""
-    return Reported(chosen, splits[chosen], division.train, note)
+    definition = definition_of(manifest.settings.targets)
+    return Reported(chosen, splits[chosen], division.train, note, definition)
 
 
 def require_homography(shards: Path, split: str, known: Collection[str], source: str) -> None:
@@ -180,6 +197,29 @@ def invalid_homographies(index: FrameIndex) -> dict[str, int]:
     counts = [_invalid_of(shard, camera, index.rows[samples]) for shard, camera, samples in index.by_camera()]
     common = set.intersection(*(set(one) for one in counts))
     return {source: sum(one[source] for one in counts) for source in sorted(common)}
+
+
+def masks_problem(shards: Path, index: FrameIndex, name: str) -> str:
+    """Why a set of camera-view masks can't serve as truth; empty where it can.
+
+    Args:
+        shards: the folder, for messages.
+        index: of the frames.
+        name: of the set.
+
+    Raises:
+        ShardError: a shard is absent or damaged.
+    """
+    for path in index.paths:
+        with Shard(path) as shard:
+            for camera in index.cameras:
+                if name not in shard.added(camera, schema.FOOTPRINTS.name):
+                    command = footprints_command(shards, name)
+                    return f"{path.name}: {camera} has no footprints {name!r}: run `{command}`"
+                problem = origin_problem(shard, camera, name)
+                if problem:
+                    return f"{path.name}: {camera}/footprints/{name} {problem}"
+    return ""
 
 
 def _invalid_of(shard: Shard, camera: str, frames: IntArray) -> dict[str, int]:

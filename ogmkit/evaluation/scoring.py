@@ -1,23 +1,22 @@
 """Counting predictions against the truth, frame by frame."""
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
-from ogmkit.evaluation.baselines import ALL_DRIVABLE, MEAN_MAP, Ceilings, all_drivable, mean_maps
+from ogmkit.evaluation.baselines import ALL_DRIVABLE, Ceilings, all_drivable
+from ogmkit.evaluation.camera_view import camera_view
+from ogmkit.evaluation.controls import Controls
 from ogmkit.evaluation.entrants import Entrant, no_grids
 from ogmkit.evaluation.faces import vehicle_faces
-from ogmkit.evaluation.frames import Frame, FrameReader, row
+from ogmkit.evaluation.frames import Frame, FrameReader
 from ogmkit.evaluation.progress import Tick
 from ogmkit.evaluation.result import Sample
 from ogmkit.evaluation.runs import PredictedGrids
 from ogmkit.evaluation.scope import Scope, paths, places
 from ogmkit.evaluation.tally import Tally
-from ogmkit.metrics.iou import BevCounter, code_of, count_image, resized, thresholded
+from ogmkit.metrics.iou import BevCounter, thresholded
 from ogmkit.metrics.separation import Neighbours, count_separated, neighbours
-from ogmkit.samples.spec import TARGETS
-from ogmkit.typing import Float32Array, IntArray, UInt8Array
+from ogmkit.typing import IntArray, UInt8Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +61,7 @@ class Scorer:
             OgmkitError: as `ogmkit.learn.predict.run.predict_frames`.
             ShardError: a shard is damaged.
         """
-        tally = Tally(entrant.name, self._scope.scenes)
+        tally = Tally(entrant.name, self._scope.scenes, self._scope.definition)
         samples: list[Sample] = []
         unmasked, tuned = 0, entrant.run.thresholds
         with FrameReader(paths(self._scope.index)) as reader:
@@ -73,7 +72,7 @@ class Scorer:
                 frame, bev = reader.frame(place), thresholded(one.bev, self._threshold)
                 view = None
                 if entrant.masks is not None and one.image is not None:
-                    view = _camera_view(frame, entrant.masks, one.image)
+                    view = camera_view(frame, entrant.masks, one.image)
                     unmasked += view is None
                 tally.add(
                     one.scene,
@@ -91,29 +90,24 @@ class Scorer:
                 self._tick()
         return Scored(tally, tuple(samples), unmasked)
 
-    def fixed(self, names: Sequence[str], ceilings: Ceilings) -> tuple[Tally, ...]:
+    def fixed(self, names: Sequence[str], controls: Controls, ceilings: Ceilings) -> tuple[Tally, ...]:
         """Count the rows that need no run, all in one pass.
 
         Raises:
             ShardError, SettingsError: a shard is damaged, or its images have no common size.
         """
         scope = self._scope
-        tallies = {name: Tally(name, scope.scenes) for name in names}
+        tallies = {name: Tally(name, scope.scenes, scope.definition) for name in names}
         everywhere = all_drivable(scope.grid)
-        means: Mapping[str, UInt8Array] = {}
-        if MEAN_MAP in tallies and scope.training is not None:
-            with FrameReader(paths(scope.training)) as reader:
-                means = mean_maps(reader, places(scope.training), scope.grid, self._threshold, self._tick)
+        controls.learn(self._tick)
         with FrameReader(paths(scope.index)) as reader:
             for place in places(scope.index):
                 frame = reader.frame(place)
-                codes = {ALL_DRIVABLE: everywhere, **ceilings.codes(frame)}
-                if MEAN_MAP in tallies:  # a limit may leave a camera without training frames
-                    codes[MEAN_MAP] = means.get(frame.camera, np.zeros_like(frame.truth))
-                pairs = self._pairs(frame)
+                codes = {ALL_DRIVABLE: everywhere, **controls.codes(frame), **ceilings.codes(frame)}
+                pairs, in_view = self._pairs(frame), controls.in_view(frame)
                 for name, code in codes.items():
-                    separated = count_separated(pairs, code)
-                    tallies[name].add(frame.scene, self._bev_counts(frame, code), separated)
+                    counts = self._bev_counts(frame, code), count_separated(pairs, code)
+                    tallies[name].add(frame.scene, *counts, in_view.get(name))
                 self._tick()
         return tuple(tallies.values())
 
@@ -123,30 +117,3 @@ class Scorer:
     def _pairs(self, frame: Frame) -> Neighbours:
         faces = vehicle_faces(frame.shard, frame.camera, frame.index)
         return neighbours(faces, self._scope.grid, frame.truth, frame.field_of_view)
-
-
-@dataclass(frozen=True, eq=False)
-class _CameraView:
-    """A frame in camera view, at the size of its masks.
-
-    Attributes:
-        truth: (h, w) code.
-        probabilities: (2, h, w).
-    """
-
-    truth: UInt8Array
-    probabilities: Float32Array
-
-    def counts(self, thresholds: float | Sequence[float]) -> IntArray:
-        """Counts of the pixels."""
-        return count_image(self.truth, thresholded(self.probabilities, thresholds))
-
-
-def _camera_view(frame: Frame, name: str, probabilities: Float32Array) -> _CameraView | None:
-    """A prediction beside a set of masks; None where that has none for the frame."""
-    group = f"footprints/{name}"
-    if not row(frame.shard, frame.camera, f"{group}/valid", frame.index):
-        return None
-    names = (f"{group}/{target}" for target in TARGETS)
-    drivable, vehicles = (row(frame.shard, frame.camera, one, frame.index) for one in names)
-    return _CameraView(code_of(drivable, vehicles), resized(probabilities, drivable.shape))

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -20,10 +21,12 @@ class Tally:
     Args:
         system: its name in the table.
         scenes: names of the scenes with frames.
+        definition: of the labels.
     """
 
-    def __init__(self, system: str, scenes: Sequence[str]) -> None:
+    def __init__(self, system: str, scenes: Sequence[str], definition: str) -> None:
         self.system = system
+        self._definition = definition
         self._row = {scene: row for row, scene in enumerate(scenes)}
         self._bev = np.zeros((len(scenes), *BEV_SHAPE), np.int64)
         self._image = np.zeros((len(scenes), *IMAGE_SHAPE), np.int64)
@@ -60,11 +63,11 @@ class Tally:
         for t, target in enumerate(TARGETS):
             for i, kind in enumerate(kinds):
                 values = (float(one[t, i]) for one in (image.value, image.low, image.high))
-                yield Figure(self.system, target, "camera", "full", "all", kind, *values)
+                yield self._figure(target, "camera", "full", "all", kind, *values)
             for place in np.ndindex(len(REGIONS), len(CELLS), len(kinds)):
                 names = (names[at] for names, at in zip((REGIONS, CELLS, kinds), place, strict=True))
                 values = (float(one[t][place]) for one in (bev.value, bev.low, bev.high))
-                yield Figure(self.system, target, "bev", *names, *values)
+                yield self._figure(target, "bev", *names, *values)
 
     def _pair_figures(self) -> Iterator[Figure]:
         """How many neighbours there are, how many are found, and how many of those are told apart."""
@@ -76,7 +79,10 @@ class Tally:
             (share.value, share.low, share.high),
         )
         for metric, values in zip(PAIR_METRICS, intervals, strict=True):
-            yield Figure(self.system, "vehicles", "bev", "full", "fov", metric, *map(float, values))
+            yield self._figure("vehicles", "bev", "full", "fov", metric, *map(float, values))
+
+    def _figure(self, *values: Any) -> Figure:  # noqa: ANN401  # of Figure's fields, but for the first
+        return Figure(self.system, *values, definition=self._definition)
 
 
 def _separated_share(counts: IntArray) -> FloatArray:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from ogmkit.homography.sources import SURFACE, is_source
+from ogmkit.homography.sources import SURFACE, is_source, sources_of
 
 Method = Literal["warp", "project", "full-body"]
 """By a homography; exactly, from the boxes and the ground; or whole bodies, as an ordinary mask has them."""
@@ -19,8 +19,9 @@ class MaskKind:
 
     Attributes:
         method: how they are made.
-        homography: the source that BEV masks are warped with. For `project` and `full-body`, the ground that
-            the drivable area lies on.
+        homography: the source that BEV masks are warped with, or one for the drivable area and one for the
+            vehicles, such as `surface+plane`. For `project` and `full-body`, the ground that the drivable
+            area lies on.
     """
 
     method: Method
@@ -39,6 +40,7 @@ def mask_kind(name: str) -> MaskKind | None:
     if name == FULL_BODY:
         return MaskKind(FULL_BODY)
     source = name.removesuffix(_PROJECTED)
-    if not is_source(source):
+    each = sources_of(source)
+    if not all(map(is_source, each)) or (source != name and len({*each}) > 1):
         return None
     return MaskKind("warp" if source == name else "project", source)

@@ -20,8 +20,9 @@ class FootprintSettings:
 
     homography: str = setting(
         SURFACE,
-        "Homography that masks are warped with; for the other methods, the ground that the drivable area "
-        "lies on: surface or calibration.",
+        "Homography that masks are warped with, or one for the drivable area and one for the vehicles, "
+        "such as surface+plane; for the other methods, the ground that the drivable area "
+        "lies on: surface, calibration or ego-plane.",
         form="SOURCE",
     )
     method: Method = setting(

@@ -6,6 +6,7 @@ import numpy as np
 
 from ogmkit.homography.frame import FrameGeometry
 from ogmkit.homography.settings import FitSettings
+from ogmkit.raster.vehicles import observed
 from ogmkit.typing import BoolArray, FloatArray, IntArray
 
 
@@ -32,7 +33,9 @@ class Corners:
 def usable_boxes(frame: FrameGeometry, settings: FitSettings) -> BoolArray:
     """(M,) boxes whose corners may be fitted to (design.md §2): wholly visible, near, of the categories."""
     wanted = np.array([name.startswith(settings.categories) for name in frame.category], dtype=bool)
-    clear = (frame.visibility == 0) | (frame.visibility >= settings.min_visibility)
+    clear = observed(
+        frame.visibility, frame.num_lidar_pts, settings.min_visibility, settings.min_lidar_points
+    )
     usable: BoolArray = wanted & clear & frame.wholly_visible & (frame.range_m <= settings.max_distance_m)
     return usable
 

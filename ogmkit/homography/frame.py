@@ -9,7 +9,7 @@ from ogmkit.errors import SettingsError
 from ogmkit.geometry.boxes import ground_corners
 from ogmkit.geometry.camera import project
 from ogmkit.geometry.se3 import inverse, transform_points
-from ogmkit.typing import BoolArray, FloatArray, UInt8Array
+from ogmkit.typing import BoolArray, FloatArray, IntArray, UInt8Array
 
 _MIN_DEPTH_M = 1.0
 
@@ -21,11 +21,13 @@ class FrameGeometry:
     Attributes:
         intrinsics: (3, 3) float64.
         level_from_camera: (4, 4) float64.
+        level_from_ego: (4, 4) float64: how the body is pitched and rolled.
         image_size: (height, width) in pixels.
         level_from_box: (M, 4, 4) float64; the origin is the box's centre.
         size_wlh: (M, 3) float64, metres.
         category: M full category names.
         visibility: (M,) uint8, 1 to 4; 0 = unknown.
+        num_lidar_pts: (M,) int64; −1 = unknown.
 
     Raises:
         SettingsError: shapes disagree, a number is not finite, or the intrinsics are singular.
@@ -33,20 +35,24 @@ class FrameGeometry:
 
     intrinsics: FloatArray
     level_from_camera: FloatArray
+    level_from_ego: FloatArray
     image_size: tuple[int, int]
     level_from_box: FloatArray
     size_wlh: FloatArray
     category: tuple[str, ...]
     visibility: UInt8Array
+    num_lidar_pts: IntArray
 
     def __post_init__(self) -> None:
         boxes = len(self.category)
         expected = {
             "intrinsics": (3, 3),
             "level_from_camera": (4, 4),
+            "level_from_ego": (4, 4),
             "level_from_box": (boxes, 4, 4),
             "size_wlh": (boxes, 3),
             "visibility": (boxes,),
+            "num_lidar_pts": (boxes,),
         }
         for name, shape in expected.items():
             array = getattr(self, name)

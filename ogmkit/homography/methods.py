@@ -7,7 +7,7 @@ import numpy as np
 
 from ogmkit.errors import SettingsError
 from ogmkit.grid import GridSpec
-from ogmkit.homography import calibration, dlt, four_point, plane, robust, surface
+from ogmkit.homography import calibration, dlt, ego_plane, four_point, plane, robust, surface
 from ogmkit.homography.corners import usable_corners
 from ogmkit.homography.frame import FrameGeometry
 from ogmkit.homography.result import Estimates, Homography, finished
@@ -22,7 +22,7 @@ METHODS: Mapping[str, Estimator] = MappingProxyType(
     dict(
         zip(
             METHOD_NAMES,
-            (module.estimate for module in (surface, dlt, robust, plane, four_point, calibration)),
+            (module.estimate for module in (surface, dlt, robust, plane, four_point, calibration, ego_plane)),
             strict=True,
         )
     )

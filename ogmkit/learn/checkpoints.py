@@ -43,6 +43,25 @@ AGAIN = "train again, or choose another checkpoint"
 
 
 @dataclass(frozen=True)
+class Adaptation:
+    """Where the statistics of a checkpoint's batch normalisation come from, if not from its training.
+
+    Attributes:
+        run: what was adapted, as it was named.
+        sha256: checksum of its checkpoint, hexadecimal.
+        source: the folder of shards or images.
+        scenes: of shards, names of the scenes.
+        images: how many.
+    """
+
+    run: str
+    sha256: str
+    source: str
+    scenes: tuple[str, ...]
+    images: int
+
+
+@dataclass(frozen=True)
 class Card:
     """What a checkpoint says of itself.
 
@@ -54,6 +73,7 @@ class Card:
         epoch: the current one, from 0.
         batches: batches of it that are done.
         package_version: ogmkit's that wrote it.
+        adapted: to which images, after the training; None for a checkpoint as it was trained.
     """
 
     settings: TrainSettings
@@ -63,10 +83,11 @@ class Card:
     epoch: int = 0
     batches: int = 0
     package_version: str = __version__
+    adapted: Adaptation | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values, as `torch.load(weights_only=True)` takes them."""
-        return {
+        values = {
             "format_version": FORMAT_VERSION,
             "settings": self.settings.to_dict(),
             "grid": dataclasses.asdict(self.grid),
@@ -76,6 +97,9 @@ class Card:
             "batches": self.batches,
             "package_version": self.package_version,
         }
+        if self.adapted is None:
+            return values
+        return values | {"adapted": dataclasses.asdict(self.adapted) | {"scenes": [*self.adapted.scenes]}}
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> Self:
@@ -93,7 +117,17 @@ class Card:
             epoch=int(values["epoch"]),
             batches=int(values["batches"]),
             package_version=str(values["package_version"]),
+            adapted=_adaptation(values.get("adapted")),
         )
+
+
+def _adaptation(values: Mapping[str, Any] | None) -> Adaptation | None:
+    """What a card says of it; None where it says nothing."""
+    if values is None:
+        return None
+    texts = {name: str(values[name]) for name in ("run", "sha256", "source")}
+    scenes = tuple(str(scene) for scene in values["scenes"])
+    return Adaptation(**texts, scenes=scenes, images=int(values["images"]))
 
 
 class AtomicCheckpointIO(TorchCheckpointIO):

@@ -42,6 +42,7 @@ class CheckpointSummary:
         cameras: channels it was trained on.
         epoch: the current one, from 0.
         package_version: ogmkit's that wrote it.
+        adapted: as plain values, to which images it was adapted after the training; None where it wasn't.
     """
 
     system: str
@@ -50,6 +51,7 @@ class CheckpointSummary:
     cameras: tuple[str, ...]
     epoch: int
     package_version: str
+    adapted: Mapping[str, Any] | None
 
 
 def is_run(path: Path) -> bool:
@@ -100,4 +102,5 @@ def summarise_checkpoint(path: Path) -> CheckpointSummary:
         cameras=card.cameras,
         epoch=card.epoch,
         package_version=card.package_version,
+        adapted=None if card.adapted is None else asdict(card.adapted),
     )

@@ -73,6 +73,19 @@ def require_resumable(run: Path, settings: TrainSettings, scenes: Mapping[str, t
         _require_same(run, settings, scenes)
 
 
+def require_vacant(run: Path) -> None:
+    """Refuse a folder in which no new RUN may be made; writes nothing.
+
+    Raises:
+        OutputError: it holds a checkpoint, or something else than a RUN's files.
+    """
+    if not run.exists():
+        return
+    _require_training(run)
+    if any((run / name).exists() for name in (BEST, LAST)):
+        raise OutputError(f"{run}: holds a checkpoint already; choose another --out")
+
+
 def checkpoint_file(path: Path) -> Path:
     """The checkpoint that a path means: itself, or the best one of a RUN folder.
 

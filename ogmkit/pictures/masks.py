@@ -9,7 +9,7 @@ import numpy as np
 from ogmkit.errors import ShardError
 from ogmkit.footprints.warp import warp_to_bev
 from ogmkit.geometry.camera import image_from_resized
-from ogmkit.homography.sources import SURFACE
+from ogmkit.homography.sources import SURFACE, sources_of
 from ogmkit.shards import schema
 from ogmkit.shards.additions import added_values
 from ogmkit.shards.crosschecks_added import origin_problem
@@ -26,7 +26,8 @@ class Masks:
     Attributes:
         drivable: (height, width) uint8 0/1; 0 where the shard was made without maps.
         vehicles: as `drivable`; both are 0 where the frame's masks were not made.
-        bev_from_mask: (3, 3) pixels of these masks to cells; None where that can't be.
+        bev_from_mask: (2, 3, 3) pixels of the drivable area's mask, and of the vehicles', to cells; None
+            where that can't be.
         reason: why it can't; else empty.
     """
 
@@ -37,10 +38,10 @@ class Masks:
 
     def rewarped(self, shape: tuple[int, int]) -> tuple[UInt8Array, UInt8Array] | None:
         """Drivable area and vehicles laid on a grid of (rows, columns); None without a homography."""
-        matrix = self.bev_from_mask
-        if matrix is None:
+        if self.bev_from_mask is None:
             return None
-        return warp_to_bev(self.drivable, matrix, shape), warp_to_bev(self.vehicles, matrix, shape)
+        by_drivable, by_vehicles = self.bev_from_mask
+        return warp_to_bev(self.drivable, by_drivable, shape), warp_to_bev(self.vehicles, by_vehicles, shape)
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +54,7 @@ class MaskSet:
         name: of the set.
         method: how it was made.
         scale: image size / mask size.
-        homography: the source's name.
+        homography: the source, or one for the drivable area and one for the vehicles.
     """
 
     shard: Shard
@@ -79,22 +80,28 @@ class MaskSet:
         reason = self._why_not(index)
         if reason:
             return Masks(drivable, vehicles, None, reason)
-        bev_from_image = self._row(f"homography/{self.homography}/bev_from_image", index)
-        if not (np.isfinite(bev_from_image).all() and np.linalg.det(bev_from_image)):
-            raise ShardError(
-                f"{self.shard.path}: {self.camera}/homography/{self.homography}: frame {index} is called "
-                f"valid but has no inverse; {REMEDY}"
-            )
+        bev_from_image = np.stack([self._matrix(source, index) for source in sources_of(self.homography)])
         height, width = self._row("image_size", index).tolist()
         bev_from_mask = bev_from_image @ image_from_resized((height, width), drivable.shape)
         return Masks(drivable, vehicles, bev_from_mask, "")
 
+    def _matrix(self, source: str, index: int) -> FloatArray:
+        """(3, 3) homography of a frame that has a valid one."""
+        bev_from_image: FloatArray = self._row(f"homography/{source}/bev_from_image", index)
+        if not (np.isfinite(bev_from_image).all() and np.linalg.det(bev_from_image)):
+            raise ShardError(
+                f"{self.shard.path}: {self.camera}/homography/{source}: frame {index} is called "
+                f"valid but has no inverse; {REMEDY}"
+            )
+        return bev_from_image
+
     def _why_not(self, index: int) -> str:
         """Why a frame's masks can't go to the grid; empty if they can."""
-        if not self._row(f"homography/{self.homography}/valid", index):
-            rows = slice(index, index + 1)
-            reason = self.shard.strings(self.camera, f"homography/{self.homography}/reason", rows)[0]
-            return f"no valid homography: {reason}"
+        for source in sources_of(self.homography):
+            if not self._row(f"homography/{source}/valid", index):
+                rows = slice(index, index + 1)
+                reason = self.shard.strings(self.camera, f"homography/{source}/reason", rows)[0]
+                return f"no valid homography: {reason}"
         if not self._row(f"footprints/{self.name}/valid", index):
             return "no masks, though there is a homography"
         return ""
@@ -118,11 +125,12 @@ def open_sets(shard: Shard, camera: str, names: Sequence[str]) -> tuple[MaskSet,
     found = [_values(shard, camera, name) for name in names]
     homography = found[-1]["homography"] or SURFACE
     known = shard.added(camera, schema.HOMOGRAPHY.name)
-    if homography not in known:
-        raise ShardError(
-            f"{shard.path}: {camera} has no homography {homography!r} (it has {', '.join(known) or 'none'}); "
-            f"run `{homography_command(shard.path.parent, homography)}`"
-        )
+    for source in sources_of(homography):
+        if source not in known:
+            raise ShardError(
+                f"{shard.path}: {camera} has no homography {source!r} (it has {', '.join(known) or 'none'}); "
+                f"run `{homography_command(shard.path.parent, source)}`"
+            )
     for name in names:
         problem = origin_problem(shard, camera, name)
         if problem:

@@ -16,14 +16,16 @@ from ogmkit.footprints.terrain import HeightFunction, project_drivable
 from ogmkit.footprints.view import View
 from ogmkit.footprints.warp import require_warpable, warp_to_image
 from ogmkit.geometry.camera import image_from_resized
+from ogmkit.homography.ego_plane import ego_plane
 from ogmkit.homography.frame import FrameGeometry
 from ogmkit.homography.ground import fit_ground
+from ogmkit.homography.sources import CALIBRATION, EGO_PLANE, SURFACE, sources_of
 from ogmkit.pipeline.geometry import frame_geometry
 from ogmkit.raster.vehicles import select
 from ogmkit.shards import schema
 from ogmkit.shards.faults import REMEDY
 from ogmkit.shards.reader import Shard
-from ogmkit.typing import FloatArray, UInt8Array
+from ogmkit.typing import BoolArray, FloatArray, UInt8Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,17 +61,17 @@ def require_renderable(shard: Shard, camera: str, settings: FootprintSettings) -
             scale leaves nothing of the images, or the grid is too long to be warped.
         ShardError: the images differ in size.
     """
-    source = settings.homography
     known = shard.added(camera, schema.HOMOGRAPHY.name)
-    if settings.method == "warp" and source not in known:
+    for source in sources_of(settings.homography) if settings.method == "warp" else ():
+        if source not in known:
+            raise SettingsError(
+                f"{shard.path}: {camera}: {unknown('homography', source, known)}; "
+                "`ogmkit homography-fit` adds some"
+            )
+    if settings.method != "warp" and settings.homography not in _GROUNDS:
         raise SettingsError(
-            f"{shard.path}: {camera}: {unknown('homography', source, known)}; "
-            "`ogmkit homography-fit` adds some"
-        )
-    if settings.method != "warp" and source not in _GROUNDS:
-        raise SettingsError(
-            f"homography {source!r} knows no ground for footprints by {settings.method!r}: choose "
-            + " or ".join(_GROUNDS)
+            f"homography {settings.homography!r} knows no ground for footprints by {settings.method!r}: "
+            f"choose {' or '.join(_GROUNDS)}"
         )
     mask_size(shard, camera, settings)
     require_warpable(shard.grid.shape)
@@ -94,23 +96,33 @@ def _image_size(shard: Shard, camera: str) -> tuple[int, int]:
 
 
 def _warped(shard: Shard, camera: str, settings: FootprintSettings) -> Renderer:
-    """Both BEV masks through the inverse of each frame's homography."""
-    place = f"{schema.HOMOGRAPHY.name}/{settings.homography}"
+    """Both BEV masks through the inverse of each frame's homography, or each through its own."""
     size = mask_size(shard, camera, settings)
-    bev_from_image = shard.dataset(camera, f"{place}/bev_from_image")[:]
-    bev_from_mask = bev_from_image @ image_from_resized(_image_size(shard, camera), size)
-    valid = shard.dataset(camera, f"{place}/valid")[:] & np.isfinite(bev_from_mask).all(axis=(1, 2))
+    each = [_homographies(shard, camera, source, size) for source in sources_of(settings.homography)]
+    (by_drivable, drivable_valid), (by_vehicles, vehicles_valid) = each
+    valid = drivable_valid & vehicles_valid
     drivable, vehicles = _drivable(shard, camera), shard.dataset(camera, "vehicles")
 
     def render(frame: int) -> Footprints | None:
         if not valid[frame]:
             return None
-        matrix = bev_from_mask[frame]
         return Footprints(
-            warp_to_image(drivable(frame), matrix, size), warp_to_image(vehicles[frame], matrix, size)
+            warp_to_image(drivable(frame), by_drivable[frame], size),
+            warp_to_image(vehicles[frame], by_vehicles[frame], size),
         )
 
     return render
+
+
+def _homographies(
+    shard: Shard, camera: str, source: str, size: tuple[int, int]
+) -> tuple[FloatArray, BoolArray]:
+    """(N, 3, 3) from the pixels of masks of a (height, width) to cells, and (N,) which are valid."""
+    place = f"{schema.HOMOGRAPHY.name}/{source}"
+    bev_from_image = shard.dataset(camera, f"{place}/bev_from_image")[:]
+    bev_from_mask = bev_from_image @ image_from_resized(_image_size(shard, camera), size)
+    finite = np.isfinite(bev_from_mask).all(axis=(1, 2))
+    return bev_from_mask, shard.dataset(camera, f"{place}/valid")[:] & finite
 
 
 def _exact(shard: Shard, camera: str, settings: FootprintSettings, faces: Faces) -> Renderer:
@@ -123,7 +135,7 @@ def _exact(shard: Shard, camera: str, settings: FootprintSettings, faces: Faces)
     def render(frame: int) -> Footprints:
         geometry = frame_geometry(shard, camera, frame)
         view = View(geometry.intrinsics, geometry.level_from_camera, geometry.image_size).resized(size)
-        boxes = select(shard.boxes(camera, frame), targets.categories, targets.min_visibility)
+        boxes = select(shard.boxes(camera, frame), *targets.labels)
         polygons = faces(view, level_from_global[frame] @ boxes.global_from_box, boxes.size_wlh)
         return Footprints(
             project_drivable(drivable(frame), targets.grid, ground(geometry), view), fill(polygons, size)
@@ -153,8 +165,13 @@ def _level(frame: FrameGeometry) -> HeightFunction:
     return lambda places_m: np.zeros(len(places_m))
 
 
+def _tilted(frame: FrameGeometry) -> HeightFunction:
+    slopes = ego_plane(frame)[1:]
+    return lambda places_m: places_m @ slopes
+
+
 _GROUNDS: Mapping[str, Callable[[FrameGeometry], HeightFunction]] = MappingProxyType(
-    {"surface": _surface, "calibration": _level}
+    {SURFACE: _surface, CALIBRATION: _level, EGO_PLANE: _tilted}
 )
 """Homographies that stand for a ground of their own."""
 

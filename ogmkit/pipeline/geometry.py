@@ -24,11 +24,13 @@ def frame_geometry(shard: Shard, camera: str, frame: int) -> FrameGeometry:
         return FrameGeometry(
             intrinsics=intrinsics,
             level_from_camera=to_level @ to_global @ to_ego,
+            level_from_ego=to_level @ to_global,
             image_size=(int(size[0]), int(size[1])),
             level_from_box=to_level @ boxes.global_from_box,
             size_wlh=boxes.size_wlh,
             category=boxes.category,
             visibility=boxes.visibility,
+            num_lidar_pts=boxes.num_lidar_pts,
         )
     except SettingsError as error:
         raise ShardError(f"{shard.path}: /{camera}, frame {frame}: {error}; {REMEDY}") from error

@@ -1,6 +1,5 @@
 """Homographies by several methods for every frame of a folder of shards."""
 
-import dataclasses
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ from ogmkit.homography.leave_out import LeftOutErrors, left_out_errors
 from ogmkit.homography.methods import estimator, fit
 from ogmkit.homography.result import Homography
 from ogmkit.homography.settings import FitSettings
+from ogmkit.homography.sources import CALIBRATION, EGO_PLANE, SURFACE
 from ogmkit.pipeline.amend import amend
 from ogmkit.pipeline.amendment import Groups
 from ogmkit.pipeline.execution import DEFAULT_EXECUTION, Execution
@@ -25,9 +25,9 @@ from ogmkit.shards.sink import ShardFile
 
 DEFAULT_METHODS = ("surface", "dlt", "plane", "calibration")
 
-_WITHOUT_SETTINGS = ("surface", "calibration")
+_WITHOUT_SETTINGS = (SURFACE, CALIBRATION, EGO_PLANE)
 """Methods that answer the same whatever `FitSettings` says."""
-_WITH_PLANE = ("plane", "calibration")
+_WITH_PLANE = ("plane", CALIBRATION, EGO_PLANE)
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ class HomographyFit:
         )
 
     def _values(self, method: str) -> Mapping[str, Any]:
-        settings = {} if method in _WITHOUT_SETTINGS else dataclasses.asdict(self.settings)
+        settings = {} if method in _WITHOUT_SETTINGS else self.settings.to_dict()
         return {"method": method, "settings": settings, "checkpoint_sha256": ""}
 
 

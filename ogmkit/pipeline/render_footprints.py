@@ -4,7 +4,6 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -14,7 +13,8 @@ from ogmkit.pipeline.amendment import Groups
 from ogmkit.pipeline.execution import DEFAULT_EXECUTION, Execution
 from ogmkit.pipeline.footprint_masks import mask_size, renderer, require_renderable
 from ogmkit.shards import fields, schema
-from ogmkit.shards.additions import added_values, require_name
+from ogmkit.shards.additions import require_name
+from ogmkit.shards.crosschecks_added import fits_of
 from ogmkit.shards.fields import AddedKind
 from ogmkit.shards.layout import create_dataset, store_dataset
 from ogmkit.shards.reader import Shard
@@ -66,14 +66,12 @@ class RenderFootprints:
         """The one set; it also tells how its homography came about, so that another fit makes another set."""
         settings = self.settings
         require_renderable(shard, camera, settings)
-        fit: dict[str, Any] | None = None
-        if settings.method == "warp":
-            fit = added_values(shard, camera, schema.HOMOGRAPHY, settings.homography)
+        warped = settings.method == "warp"
         values = {
             "homography": settings.homography,
             "method": settings.method,
             "scale": float(settings.scale),
-            "settings": {} if fit is None else {"homography": fit},
+            "settings": fits_of(shard, camera, settings.homography) if warped else {},
         }
         return {settings.set_name: values}
 

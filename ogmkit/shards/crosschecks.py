@@ -126,7 +126,7 @@ def _rasters(shard: Shard, camera: str, *, make_again: bool) -> Iterator[str]:
 
 def _vehicles(shard: Shard, camera: str, frame: int) -> UInt8Array:
     settings = shard.settings.targets
-    shown = select(shard.boxes(camera, frame), settings.categories, settings.min_visibility)
+    shown = select(shard.boxes(camera, frame), *settings.labels)
     return vehicle_mask(settings.grid, shard.dataset(camera, "level_from_global")[frame], shown)
 
 

@@ -1,10 +1,12 @@
 """Whether the groups that commands added to a shard agree with themselves and with the rest."""
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
 from ogmkit.base.differences import differences
+from ogmkit.homography.sources import sources_of
 from ogmkit.shards.additions import added_values
 from ogmkit.shards.crosschecks import first_wrong
 from ogmkit.shards.reader import Shard
@@ -77,8 +79,9 @@ def _footprints(shard: Shard, camera: str, name: str) -> Iterator[str]:
     if problem:
         yield f" {problem}"
     elif attributes["method"] == "warp":
-        source = f"{HOMOGRAPHY.name}/{attributes['homography']}/valid"
-        yield from first_wrong(f"/valid contradicts {source} in", valid != shard.dataset(camera, source)[:])
+        sources = [f"{HOMOGRAPHY.name}/{source}/valid" for source in _sources(attributes["homography"])]
+        known = np.all([shard.dataset(camera, source)[:] for source in sources], axis=0)
+        yield from first_wrong(f"/valid contradicts {' and '.join(sources)} in", valid != known)
 
 
 def origin_problem(shard: Shard, camera: str, name: str) -> str:
@@ -92,14 +95,34 @@ def origin_problem(shard: Shard, camera: str, name: str) -> str:
     values = added_values(shard, camera, FOOTPRINTS, name)
     if values is None or values["method"] != "warp":
         return ""
-    source = values["homography"]
-    fit = added_values(shard, camera, HOMOGRAPHY, source)
-    if fit is None:
-        return f"is warped by homography {source!r}, which is not there"
-    different = differences({"homography": fit}, values["settings"])
+    known = shard.added(camera, HOMOGRAPHY.name)
+    for source in _sources(values["homography"]):
+        if source not in known:
+            return f"is warped by homography {source!r}, which is not there"
+    different = differences(fits_of(shard, camera, values["homography"]), values["settings"])
     if not different:
         return ""
     return (
-        f"is warped by an earlier homography/{source} ({', '.join(different)}); "
+        f"is warped by an earlier homography/{values['homography']} ({', '.join(different)}); "
         "run `ogmkit render-footprints` with --overwrite"
     )
+
+
+def fits_of(shard: Shard, camera: str, homography: str) -> dict[str, Any]:
+    """How the homographies that a set is warped by came about: the attributes of their groups, by their part.
+
+    Args:
+        shard: the shard.
+        camera: channel.
+        homography: a source that is there, or one for the drivable area and one for the vehicles.
+
+    Raises:
+        ShardError: their settings are no JSON.
+    """
+    parts = zip(("homography", "vehicles_homography"), _sources(homography), strict=False)
+    return {part: added_values(shard, camera, HOMOGRAPHY, source) for part, source in parts}
+
+
+def _sources(homography: str) -> tuple[str, ...]:
+    """The sources that masks are warped by, each once."""
+    return tuple(dict.fromkeys(sources_of(homography)))

@@ -215,11 +215,12 @@ FOOTPRINTS = AddedKind(
         Attribute(
             "homography",
             str,
-            "source of the homography; where not warped, of the ground that drivable area lies on",
+            "source of the homography, or each mask's, such as `surface+plane`; where not warped, of the "
+            "ground that drivable area lies on",
         ),
         Attribute("method", str, "`warp`, `project` or `full-body`"),
         Attribute("scale", float, "image size / mask size"),
-        Attribute("settings", str, "where warped, the homography's attributes at that time, as JSON"),
+        Attribute("settings", str, "where warped, the homographies' attributes at that time, as JSON"),
         Attribute("package_version", str, "ogmkit's version that added it"),
     ),
 )

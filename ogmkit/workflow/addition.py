@@ -6,7 +6,7 @@ from typing import Any
 
 from ogmkit.base.atomic import output_errors
 from ogmkit.footprints.settings import FootprintSettings
-from ogmkit.homography.sources import NETWORK
+from ogmkit.homography.sources import NETWORK, sources_of
 from ogmkit.pictures.homography_plot import draw
 from ogmkit.pictures.png import write_png
 from ogmkit.pipeline.homography_fit import fit_shards
@@ -99,7 +99,8 @@ class RenderMasks:
     @property
     def needs(self) -> tuple[str, ...]:
         """What made the homography that masks are warped with; others need only the shards."""
-        return (EXTRACT, maker_of(self.set.homography)) if self.set.method == "warp" else (EXTRACT,)
+        sources = sources_of(self.set.homography) if self.set.method == "warp" else ()
+        return (EXTRACT, *dict.fromkeys(map(maker_of, sources)))
 
     @property
     def settings(self) -> Mapping[str, Any]:

@@ -11,7 +11,7 @@ from ogmkit.evaluation.settings import EvaluateSettings
 from ogmkit.footprints.sets import FULL_BODY, mask_kind
 from ogmkit.footprints.settings import FootprintSettings
 from ogmkit.homography.settings import FitSettings
-from ogmkit.homography.sources import NETWORK
+from ogmkit.homography.sources import NETWORK, sources_of
 from ogmkit.learn.settings import TrainSettings
 from ogmkit.shards.settings import LEAVING_OUT, ExtractSettings
 
@@ -140,7 +140,8 @@ class Config:
             SettingsError: no set that can be made is called so.
         """
         found = mask_kind(name)
-        if found is None or (found.method != FULL_BODY and found.homography not in self.homographies):
+        sources = set() if found is None or found.method == FULL_BODY else {*sources_of(found.homography)}
+        if found is None or not sources <= {*self.homographies}:
             known = ", ".join((*self.homographies, FULL_BODY))
             raise SettingsError(f"nothing makes the masks {name!r}; there are: {known}")
         return FootprintSettings(found.homography, found.method, self.masks.scale)

@@ -249,7 +249,7 @@ def test_bad_input_takes_one_line(shards, runs, arguments, message, complaints):
 
 def test_help_explains_each_row_for_free_on_a_line_of_its_own():
     begins = {line.split()[0] for line in run("--help").stdout.splitlines() if line.split()}
-    assert {"all-drivable", "mean-map", "ceiling-SOURCE", "ceiling-full-body"} <= begins
+    assert {"all-drivable", "mean-map", "mean-mask", "ceiling-SOURCE", "ceiling-full-body"} <= begins
     assert {*FIXED} <= begins
 
 

@@ -45,7 +45,7 @@ def test_the_options_have_the_librarys_defaults():
     assert defaults["methods"] == DEFAULT_METHODS
     assert tuple(command.params[1].type.choices) == tuple(METHODS)
     settings = FitSettings()
-    for name in ("min_spread_m", "max_distance_m", "categories", "min_visibility"):
+    for name in ("min_spread_m", "max_distance_m", "categories", "min_visibility", "min_lidar_points"):
         assert defaults[name] == getattr(settings, name)
     assert settings.min_points is None
 
@@ -113,12 +113,13 @@ def test_one_camera_can_be_chosen(out):
 
 def test_the_options_reach_the_fit(out):
     options = ["--min-points", 8, "--min-spread", 0.5, "--max-distance", 40, "--min-visibility", 2]
+    options += ["--min-lidar-points", 1]
     assert run(out, "--method", "dlt", *options, "--categories", "vehicle.car,human.").exit_code == 0
     with Shard(next(out.glob("*.h5"))) as shard:
         settings = shard.h5["CAM_FRONT/homography/dlt"].attrs["settings"]
     assert settings == (
-        '{"categories": ["vehicle.car", "human."], "max_distance_m": 40.0, "min_points": 8, '
-        '"min_spread_m": 0.5, "min_visibility": 2}'
+        '{"categories": ["vehicle.car", "human."], "max_distance_m": 40.0, "min_lidar_points": 1, '
+        '"min_points": 8, "min_spread_m": 0.5, "min_visibility": 2}'
     )
 
 

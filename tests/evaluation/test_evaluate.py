@@ -2,7 +2,7 @@
 
 import re
 import sys
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import h5py
 import numpy as np
@@ -10,11 +10,12 @@ import pytest
 
 from ogmkit.errors import CheckpointError, OgmkitError, SettingsError
 from ogmkit.evaluation.evaluate import evaluate
+from ogmkit.evaluation.formats import report_of
 from ogmkit.evaluation.settings import EvaluateSettings
 from ogmkit.grid import GridSpec
 from ogmkit.metrics.iou import IOUS
 from ogmkit.metrics.separation import PAIR_METRICS
-from ogmkit.shards.manifest import read_manifest
+from ogmkit.shards.manifest import read_manifest, write_manifest
 
 TARGETS = ("drivable", "vehicles")
 
@@ -92,7 +93,8 @@ def test_a_system_has_28_figures_and_none_in_camera_view_are_values_where_it_pre
 
     for system in (*found.systems, *found.fixed):
         assert len(values(found, system)) == 28
-        assert np.isnan([*values(found, system, view="camera").values()]).all()
+        in_view = [*values(found, system, view="camera").values()]
+        assert np.isnan(in_view).all() == (system != "mean-mask")
         assert list(pairs(found, system)) == ["pairs", "pairs_found", "pairs_separated"]
     assert {one.definition for one in found.figures} == {"paper"}
 
@@ -138,7 +140,8 @@ def test_rows_for_free_need_no_run_and_no_torch(eval_shards, monkeypatch):
 
     assert found.systems == ()
     assert found.fixed == (
-        "all-drivable", "mean-map", "ceiling-calibration", "ceiling-surface", "ceiling-full-body"
+        "all-drivable", "mean-map", "mean-mask",
+        "ceiling-calibration", "ceiling-surface", "ceiling-full-body",
     )  # fmt: skip
     assert (found.split, found.scenes, found.frames) == ("val", 1, 16)
     assert found.cameras == ("CAM_BACK", "CAM_FRONT")
@@ -238,7 +241,9 @@ def test_ceilings_are_those_that_were_chosen(own_shards):
     assert [note for note in everything.notes if note not in chosen.notes] == [
         "4 of 16 frames have no valid calibration homography: predicted empty there"
     ]
-    assert scored(own_shards, ceilings=[]).fixed == ("all-drivable", "mean-map", "ceiling-full-body")
+    assert scored(own_shards, ceilings=[]).fixed == (
+        "all-drivable", "mean-map", "mean-mask", "ceiling-full-body"
+    )  # fmt: skip
     with pytest.raises(SettingsError, match=r"have homography 'dlt' \(all have calibration, surface\)"):
         scored(own_shards, ceilings=["dlt"])
 
@@ -262,7 +267,88 @@ def test_a_limit_may_leave_a_camera_without_a_mean_map(eval_shards):
 
 
 def test_a_mean_map_of_the_same_scenes_is_told(eval_shards):
-    assert "mean-map has seen scenes of this split" in scored(eval_shards, split="train").notes
+    notes = scored(eval_shards, split="train").notes
+    assert {f"{name} has seen scenes of this split" for name in ("mean-map", "mean-mask")} <= {*notes}
+
+
+def masks_of(path, camera):
+    """(frames, 2, h, w) masks of the set `surface`, as h5py reads them."""
+    with h5py.File(path) as h5:
+        group = h5[f"{camera}/footprints/surface"]
+        assert group["valid"][:].all()
+        return np.stack([group[target][:] for target in TARGETS], axis=1)
+
+
+@pytest.mark.parametrize("threshold", [0.5, 0.3])
+def test_the_mean_mask_is_the_training_scenes_mean_in_camera_view(eval_shards, threshold):
+    found = scored(eval_shards, cameras=("CAM_FRONT",), threshold=threshold)
+
+    train, val = (eval_shards / f"{scene}.h5" for scene in ("scene-0001", "scene-0002"))
+    predicted = masks_of(train, "CAM_FRONT").mean(axis=0) > threshold
+    truth = masks_of(val, "CAM_FRONT") > 0
+    both, either = ((truth & predicted).sum((0, 2, 3)), (truth | predicted).sum((0, 2, 3)))
+    by_target = values(found, "mean-mask", view="camera", metric="foreground_iou")
+    assert [*by_target.values()] == pytest.approx((both / either).tolist())
+    assert both[0] > 0
+
+
+def test_the_mean_mask_is_laid_on_the_grid_as_a_run_s_masks_are(eval_shards, fake_runs):
+    """A network that predicts the mean mask, warped pixel by pixel by hand, has the same figures in BEV."""
+    mean = masks_of(eval_shards / "scene-0001.h5", "CAM_FRONT").mean(axis=0) > 0.5
+
+    def predict(place):
+        with h5py.File(eval_shards / f"{place[0]}.h5", locking=False) as h5:
+            image_from_bev = np.linalg.inv(h5["CAM_FRONT/homography/surface/bev_from_image"][place[2]])
+        rows, columns = np.mgrid[:140, :60]
+        u, v, w = np.moveaxis(np.stack([columns, rows, np.ones_like(rows)], -1) @ image_from_bev.T, -1, 0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            pixels = np.stack([v / w, u / w]) / 2 - 0.25  # masks have half the image's size
+        inside = (w > 0) & (pixels > -0.5).all(0)
+        inside &= (pixels[0] < mean.shape[1] - 0.5) & (pixels[1] < mean.shape[2] - 0.5)
+        row, column = np.where(inside, np.round(pixels), 0).astype(int)
+        return np.where(inside, mean[:, row, column], False).astype(np.float32), None
+
+    found = scored(eval_shards, [fake_runs("run", "oft", predict)], cameras=("CAM_FRONT",))
+
+    mean_mask, by_hand = (values(found, name, view="bev") for name in ("mean-mask", "oft"))
+    np.testing.assert_allclose([*mean_mask.values()], [*by_hand.values()], atol=2e-3)
+    assert mean_mask["drivable", "bev", "close", "all", "foreground_iou"] > 0.3
+
+
+def test_the_mean_mask_is_of_the_set_that_runs_learn(own_shards, fake_runs):
+    for path in own_shards.glob("*.h5"):
+        with h5py.File(path, "r+") as h5:
+            for camera in h5.values():
+                camera.copy("footprints/surface", "footprints/own")
+                camera.copy("footprints/surface", "footprints/full-body")
+    runs = [
+        fake_runs("bodies", "footprints", masks="full-body"),
+        fake_runs("faces", "footprints", masks="own"),
+    ]
+    assert (
+        "mean-mask: of masks 'own', and compared with them in camera view" in scored(own_shards, runs).notes
+    )
+
+
+def test_without_masks_there_is_no_mean_mask_and_a_note_says_what_makes_them(own_shards):
+    for path in own_shards.glob("*.h5"):
+        with h5py.File(path, "r+") as h5:
+            del h5["CAM_BACK/footprints/surface"]
+    found = scored(own_shards)
+
+    assert "mean-mask" not in found.fixed
+    (note,) = [note for note in found.notes if note.startswith("no mean-mask: ")]
+    assert f"`ogmkit render-footprints {own_shards} --method warp --homography surface`" in note
+
+
+def test_what_the_labels_leave_out_is_named(own_shards):
+    manifest = read_manifest(own_shards)
+    targets = replace(manifest.settings.targets, min_lidar_points=1)
+    write_manifest(own_shards, replace(manifest, settings=replace(manifest.settings, targets=targets)))
+    found = scored(own_shards, limit=1)
+
+    assert {one.definition for one in found.figures} == {"paper, min_lidar_points 1"}
+    assert report_of(found).heading.startswith("labels: paper, min_lidar_points 1; split val: 1 frame ")
 
 
 def test_limit_camera_and_progress(eval_shards, fake_runs):
@@ -273,7 +359,8 @@ def test_limit_camera_and_progress(eval_shards, fake_runs):
     )
 
     assert (found.frames, found.cameras) == (3, ("CAM_BACK",))
-    assert calls == [(done, 9) for done in range(1, 10)]  # the run's, the training split's, the rows for free
+    # The run's, the training split's for each of two means, the rows for free.
+    assert calls == [(done, 12) for done in range(1, 13)]
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from ogmkit.footprints.sets import MaskKind, mask_kind
 from ogmkit.homography.methods import METHODS
-from ogmkit.homography.sources import is_network, is_source, preferred_source
+from ogmkit.homography.sources import is_network, is_source, preferred_source, sources_of
 
 SOURCES = st.sampled_from([*METHODS, "network", "network-b"])
 
@@ -18,6 +18,19 @@ def test_a_default_name_reads_as_what_it_was_made_of(source, method):
     assert mask_kind(kind.name) == kind
 
 
+@given(SOURCES, SOURCES)
+def test_a_source_for_each_reads_as_what_it_was_made_of(drivable, vehicles):
+    kind = MaskKind("warp", f"{drivable}+{vehicles}")
+
+    assert mask_kind(kind.name) == kind
+    assert sources_of(kind.homography) == (drivable, vehicles)
+
+
+@given(SOURCES)
+def test_one_source_serves_both(source):
+    assert sources_of(source) == (source, source)
+
+
 def test_names():
     assert MaskKind("project", "dlt").name == "dlt-project"
     assert MaskKind("full-body", "dlt").name == "full-body"
@@ -25,7 +38,20 @@ def test_names():
     assert mask_kind("network-project") == MaskKind("project", "network")
 
 
-@pytest.mark.parametrize("name", ["large", "dlt-projected", "networks", "", "-project"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "large",
+        "dlt-projected",
+        "networks",
+        "",
+        "-project",
+        "surface+",
+        "+plane",
+        "surface+flat",
+        "surface+plane-project",
+    ],
+)
 def test_other_names_are_the_users(name):
     assert mask_kind(name) is None
 

@@ -36,11 +36,13 @@ def make_frame():
         fields = {
             "intrinsics": INTRINSICS,
             "level_from_camera": turned @ camera,
+            "level_from_ego": turned,
             "image_size": (900, 1600),
             "level_from_box": pose_matrix(places, np.tile(rotation, (len(places), 1))),
             "size_wlh": np.tile(size, (len(places), 1)).astype(float).reshape(-1, 3),
             "category": ("vehicle.car",) * len(places),
             "visibility": np.full(len(places), 4, dtype=np.uint8),
+            "num_lidar_pts": np.full(len(places), 9),
         }
         return FrameGeometry(**{**fields, **more})
 
@@ -82,9 +84,11 @@ def real_frame(tables, image, mount, annotations):
     return FrameGeometry(
         intrinsics=np.array(mount["camera_intrinsic"]),
         level_from_camera=to_level @ global_from_ego @ ego_from_camera,
+        level_from_ego=to_level @ global_from_ego,
         image_size=(image["height"], image["width"]),
         level_from_box=to_level @ poses,
         size_wlh=np.array([record["size"] for record in annotations]).reshape(-1, 3),
         category=tuple(tables["category"][instance["category_token"]]["name"] for instance in instances),
         visibility=np.array([int(record["visibility_token"] or 0) for record in annotations], dtype=np.uint8),
+        num_lidar_pts=np.array([record["num_lidar_pts"] for record in annotations], dtype=np.int64),
     )

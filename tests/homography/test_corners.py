@@ -25,6 +25,11 @@ def test_unknown_visibility_is_kept_by_every_filter(make_frame):
     assert usable_boxes(frame, FitSettings(min_visibility=3)).tolist() == [True, False, True]
 
 
+def test_unknown_numbers_of_lidar_points_are_kept_by_every_filter(make_frame):
+    frame = make_frame([(10, 0), (20, 0), (30, 0)], num_lidar_pts=np.array([-1, 2, 3]))
+    assert usable_boxes(frame, FitSettings(min_lidar_points=3)).tolist() == [True, False, True]
+
+
 def test_corners_of_a_box_stand_together(make_frame):
     frame = make_frame([(-9, 0), (10, 0)])
     corners = usable_corners(frame, FitSettings())

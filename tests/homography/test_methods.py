@@ -24,7 +24,7 @@ def hill(points_m):
 
 
 def test_the_names_are_those_of_the_command_line():
-    assert ALL == ("surface", "dlt", "robust", "plane", "four-point", "calibration")
+    assert ALL == ("surface", "dlt", "robust", "plane", "four-point", "calibration", "ego-plane")
 
 
 @pytest.mark.parametrize("method", ALL)
@@ -56,7 +56,7 @@ def test_scale_sign_and_horizon(make_frame, method):
 
 @pytest.mark.parametrize("method", ALL)
 def test_points_used(make_frame, method):
-    used = {"surface": 7, "four-point": 4, "calibration": 0}.get(method, 24)
+    used = {"surface": 7, "four-point": 4, "calibration": 0, "ego-plane": 0}.get(method, 24)
     assert fit(method, make_frame(), GRID, FitSettings()).points_used == used
 
 
@@ -83,7 +83,7 @@ def test_without_boxes_methods_that_need_them_say_so(make_frame, method):
     assert result.plane is None
 
 
-@pytest.mark.parametrize("method", ["surface", "calibration"])
+@pytest.mark.parametrize("method", ["surface", "calibration", "ego-plane"])
 def test_without_boxes_the_ground_under_the_wheels_still_answers(make_frame, method):
     frame = make_frame([])
     result = fit(method, frame, GRID, FitSettings())
@@ -118,7 +118,7 @@ def test_a_camera_under_the_road_is_refused(make_frame, method):
     assert result.reason == "the ground would be seen from below"
 
 
-@pytest.mark.parametrize("method", ["surface", "calibration"])
+@pytest.mark.parametrize("method", ["surface", "calibration", "ego-plane"])
 def test_a_camera_at_the_ground_is_refused(make_frame, method):
     frame = make_frame([])
     lowered = frame.level_from_camera.copy()

@@ -53,6 +53,6 @@ def test_the_fit_is_the_minimum_that_scipy_finds(make_frame):
     np.testing.assert_allclose(result.plane, expected.x, rtol=1e-3, atol=1e-5)
 
 
-@pytest.mark.parametrize("method", ["plane", "calibration"])
+@pytest.mark.parametrize("method", ["plane", "calibration", "ego-plane"])
 def test_methods_with_a_plane_tell_it(make_frame, method):
     np.testing.assert_allclose(fit(method, make_frame(), GridSpec(), FitSettings()).plane, 0, atol=1e-9)

@@ -60,7 +60,7 @@ def test_what_is_stored_is_what_the_method_answers(fitted, method, camera):
             stored = {name: shard.dataset(camera, f"{group}/{name}")[:] for name in shard.h5[camera][group]}
             reasons = shard.strings(camera, f"{group}/reason")
             offsets = shard.dataset(camera, "boxes/offsets")[:]
-            assert ("plane" in stored) == (method in ("plane", "calibration"))
+            assert ("plane" in stored) == (method in ("plane", "calibration", "ego-plane"))
             for frame in range(shard.frames(camera)):
                 geometry = frame_geometry(shard, camera, frame)
                 found = fit(method, geometry, shard.grid, settings)
@@ -165,9 +165,8 @@ def test_frames_without_boxes_are_no_error(tmp_path, tiny_dataroot, edit_table, 
     assert verify_folder(tmp_path / "out") == ()
     valid = {method.method: method.valid for method in summary.methods}
     frames = summary.methods[0].frames
-    assert valid == {"surface": frames, "calibration": frames} | dict.fromkeys(
-        ("dlt", "robust", "plane", "four-point"), 0
-    )
+    fitted = dict.fromkeys(("dlt", "robust", "plane", "four-point"), 0)
+    assert valid == dict.fromkeys(("surface", "calibration", "ego-plane"), frames) | fitted
     assert summary.methods[1].reasons == (("0 usable corners, fewer than 4", frames),)
     assert np.isnan(summary.methods[1].median_rms_px)
     assert [found.boxes for found in summary.methods[0].ranges] == [0, 0, 0]

@@ -28,6 +28,7 @@ SETS = {
     "surface-project": FootprintSettings(method="project"),
     "calibration-project": FootprintSettings("calibration", "project"),
     "full-body": FootprintSettings(method="full-body"),
+    "surface+dlt": FootprintSettings("surface+dlt"),
     "large": FootprintSettings(scale=0.5, name="large"),
 }
 
@@ -120,6 +121,25 @@ def test_warped_masks_are_the_bev_masks_through_the_stored_homography(shard, cam
     assert found[0].any() == (camera == "CAM_FRONT" and valid.any())  # the grid lies ahead
 
 
+@pytest.mark.parametrize("camera", CAMERAS)
+def test_a_source_for_each_gives_each_ones_masks_where_both_are_valid(shard, camera):
+    valid = shard.dataset(camera, "homography/dlt/valid")[:]  # those of `surface` are all valid
+    np.testing.assert_array_equal(shard.dataset(camera, "footprints/surface+dlt/valid")[:], valid)
+    drivable, vehicles = masks(shard, camera, "surface+dlt")
+    np.testing.assert_array_equal(drivable[valid], masks(shard, camera, "surface")[0][valid])
+    np.testing.assert_array_equal(vehicles[valid], masks(shard, camera, "dlt")[1][valid])
+    assert not drivable[~valid].any()
+    fits = json.loads(shard.h5[f"{camera}/footprints/surface+dlt"].attrs["settings"])
+    assert [fit["method"] for fit in fits.values()] == ["surface", "dlt"]
+
+
+def test_masks_of_another_fit_of_the_vehicles_are_other_masks(out):
+    render_footprints(out, FootprintSettings("surface+dlt"))
+    fit_shards(out, ["dlt"], FitSettings(min_points=4), execution=Execution(overwrite=True))
+    problems = [str(problem) for problem in verify_folder(out)]
+    assert any("surface+dlt (vehicles_homography.settings.min_points is 4" in one for one in problems)
+
+
 def test_frames_without_a_valid_homography_are_marked_and_counted(rendered):
     out, summaries = rendered
     valid = []
@@ -208,7 +228,12 @@ def test_masks_of_another_fit_are_other_masks(out):
     [
         (FootprintSettings("surfac"), r"CAM_BACK: unknown homography 'surfac'; did you mean surface\?"),
         (FootprintSettings("network"), "there are: dlt, surface; `ogmkit homography-fit` adds some"),
-        (FootprintSettings("dlt", "project"), "'dlt' knows no ground .* choose surface or calibration"),
+        (FootprintSettings("surface+plane"), "CAM_BACK: unknown homography 'plane'"),
+        (FootprintSettings("surface+dlt", "project"), r"'surface\+dlt' knows no ground"),
+        (
+            FootprintSettings("dlt", "project"),
+            "'dlt' knows no ground .* or ego-plane",
+        ),
         (FootprintSettings(scale=200), "leaves nothing of 90 × 160 pixels"),
         (FootprintSettings(name="../x"), "use letters, digits"),
     ],
@@ -257,7 +282,7 @@ def test_frames_without_boxes_have_ground_all_the_same(
         extract(dataset, out, small_settings, scenes=scenes, splits=splits, cache_dir=mask_cache)
     fit_shards(out, ["surface", "dlt"])
     invalid = {name: render_footprints(out, SETS[name]).invalid for name in SETS}
-    assert invalid == dict.fromkeys(SETS, 0) | {"dlt": 32}
+    assert invalid == dict.fromkeys(SETS, 0) | {"dlt": 32, "surface+dlt": 32}
     assert verify_folder(out) == ()
     with Shard(next(out.glob("*.h5"))) as shard:
         drivable, vehicles = masks(shard, "CAM_FRONT", "surface-project")

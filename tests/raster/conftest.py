@@ -33,7 +33,7 @@ def mask_of(mask_store, tmp_path):
 def boxes_of():
     """Make `Boxes` at given centres (M, 3), headings (M,) and sizes (M, 3), cars unless told otherwise."""
 
-    def make(centres, headings, sizes, categories=None, visibility=None):
+    def make(centres, headings, sizes, categories=None, visibility=None, points=None):
         count = len(centres)
         half = np.asarray(headings, dtype=float) / 2
         turns = np.stack([np.cos(half), 0 * half, 0 * half, np.sin(half)], axis=-1)
@@ -44,7 +44,7 @@ def boxes_of():
             global_from_box=pose_matrix(np.reshape(centres, (count, 3)), turns.reshape(count, 4)),
             size_wlh=np.reshape(np.asarray(sizes, dtype=float), (count, 3)),
             visibility=np.asarray(visibility if visibility is not None else [0] * count, dtype=np.uint8),
-            num_lidar_pts=np.zeros(count, dtype=np.int64),
+            num_lidar_pts=np.asarray(points if points is not None else [0] * count, dtype=np.int64),
         )
 
     return make

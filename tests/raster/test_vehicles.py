@@ -59,6 +59,16 @@ def test_selection_goes_by_category_s_beginning_and_visibility_and_keeps_the_unk
     assert len(select(select(boxes, ("static_object.",)))) == 0
 
 
+def test_selection_goes_by_lidar_points_and_keeps_the_unknown(boxes_of):
+    boxes = boxes_of(np.zeros((5, 3)), np.zeros(5), np.ones((5, 3)), points=[0, 1, 5, -1, 4])
+    assert len(select(boxes)) == 5
+    kept = {
+        least: [int(token[-1]) for token in select(boxes, min_lidar_points=least).annotation_token]
+        for least in (1, 5, 6)
+    }
+    assert kept == {1: [1, 2, 3, 4], 5: [2, 3], 6: [3]}
+
+
 def _real_boxes(annotations):
     return Boxes(
         annotation_token=tuple(annotation["token"] for annotation in annotations),

@@ -11,7 +11,9 @@ from ogmkit.target_settings import TargetSettings
 
 def test_settings_survive_json():
     settings = ExtractSettings(
-        TargetSettings(GridSpec(0.25, 7, 5, 3.5, 2.0), ("vehicle.car", "animal"), 2, 0.1, 1.5, "none", True),
+        TargetSettings(
+            GridSpec(0.25, 7, 5, 3.5, 2.0), ("vehicle.car", "animal"), 2, 3, 0.1, 1.5, "none", True
+        ),
         ("CAM_BACK", "CAM_FRONT"),
         "lzf",
     )
@@ -24,6 +26,14 @@ def test_settings_of_half_a_second_are_stored_as_before_steps_could_be_set():
     assert values["max_gap_s"] == 0.75
     assert "step_s" not in values
     assert ExtractSettings.from_dict(values) == ExtractSettings()
+
+
+def test_a_number_of_lidar_points_is_stored_where_it_is_asked_for():
+    asked = ExtractSettings(TargetSettings(min_lidar_points=1))
+
+    assert "min_lidar_points" not in ExtractSettings().to_dict()
+    assert asked.to_dict() == ExtractSettings().to_dict() | {"min_lidar_points": 1}
+    assert ExtractSettings.from_dict(json.loads(json.dumps(asked.to_dict()))) == asked
 
 
 @pytest.mark.parametrize("step_s", [0.1, 0.2, 1.0])

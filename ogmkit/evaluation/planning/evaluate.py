@@ -102,6 +102,7 @@ def evaluate_plans(
         samples=tuple(_samples(sequences, planned, chosen.samples)),
         chosen_on_reported=tuple(seen.chosen),
         learnt_from_reported=tuple(seen.learnt),
+        definition=sequences.definition,
     )
 
 
@@ -122,9 +123,8 @@ def _figures(sequences: Sequences, rows: Mapping[str, Plans], tick: Tick) -> Ite
         found = estimate(scene_sums(values, sequences.scene, sequences.scenes), means_of)
         for place in np.ndindex(found.value.shape):
             names = (each[at] for each, at in zip(axes, place, strict=True))
-            yield PlanFigure(
-                system, *names, *(float(one[place]) for one in (found.value, found.low, found.high))
-            )
+            values_there = (float(one[place]) for one in (found.value, found.low, found.high))
+            yield PlanFigure(system, *names, *values_there, definition=sequences.definition)
 
 
 def _unknown(shards: Path) -> Iterator[str]:

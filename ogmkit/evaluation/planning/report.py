@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 
 from ogmkit.evaluation.planning.fixed import TRUTH
 from ogmkit.evaluation.planning.result import PlanEvaluation, PlanFigure
+from ogmkit.evaluation.result import labels_told
 from ogmkit.evaluation.tables import WITH_INTERVAL, Report, Table, counted, further_tables, shown
 from ogmkit.metrics.displacement import READINGS
 
@@ -33,7 +34,8 @@ def plan_report(evaluation: PlanEvaluation, all_tables: bool) -> Report:
     headline = _error_table(evaluation, figures, READINGS[0], intervals=False)
     left_out = f"95 % intervals, {_LEFT_OUT}" if several else _LEFT_OUT
     return Report(
-        f"split {evaluation.split}: {counted(evaluation.sequences, 'sequence')} in "
+        f"{labels_told(evaluation.definition)}split {evaluation.split}: "
+        f"{counted(evaluation.sequences, 'sequence')} in "
         f"{counted(evaluation.scenes, 'scene')}, {', '.join(evaluation.cameras)}",
         (headline, *_rest(evaluation, figures, several)) if all_tables else (headline,),
         "" if all_tables else left_out,

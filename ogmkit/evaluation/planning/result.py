@@ -64,6 +64,7 @@ class PlanEvaluation:
         samples: kept plans, run by run.
         chosen_on_reported: names of the runs whose checkpoint was chosen on scenes that are reported.
         learnt_from_reported: names of the runs that learnt from such scenes.
+        definition: of the labels.
     """
 
     split: str
@@ -77,6 +78,7 @@ class PlanEvaluation:
     samples: tuple[PlanSample, ...]
     chosen_on_reported: tuple[str, ...] = ()
     learnt_from_reported: tuple[str, ...] = ()
+    definition: str = PAPER
 
     @property
     def horizons_s(self) -> tuple[float, ...]:

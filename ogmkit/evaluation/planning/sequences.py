@@ -44,6 +44,11 @@ class Sequences:
         return self.reported.split
 
     @property
+    def definition(self) -> str:
+        """Of the labels."""
+        return self.reported.definition
+
+    @property
     def truth(self) -> FloatArray:
         """(N, 5, 2) what is to be planned."""
         return self.future[:, :STEPS]

@@ -92,6 +92,35 @@ class ImageFolder(Dataset[Sample]):
         return arrays
 
 
+class PlainImages(Dataset[Sample]):
+    """Images of any size, resized, and nothing else.
+
+    Args:
+        paths: the files.
+        size: (height, width) of the results.
+    """
+
+    def __init__(self, paths: Sequence[Path], size: tuple[int, int]) -> None:
+        self._paths = tuple(paths)
+        self._size = size
+
+    def __len__(self) -> int:
+        return len(self._paths)
+
+    def __getitem__(self, key: tuple[int, int]) -> Sample:
+        """Read an image as `image`, (3, h, w) uint8.
+
+        Args:
+            key: its place, and a seed that is of no account.
+
+        Raises:
+            DataFileError: it is absent or damaged.
+        """
+        image = read_image(self._paths[key[0]], None, self._size)
+        arrays = SampleArrays(np.array([self._size]), image[None])
+        return {name: frames[0] for name, frames in per_frame_tensors(arrays, None, 1).items()}
+
+
 def image_arrays(
     paths: Sequence[Path],
     calibrations: Sequence[Calibration],
@@ -149,12 +178,12 @@ def stem(path: Path) -> str:
     return name[: -len(ending)]
 
 
-def read_image(path: Path, source_size: tuple[int, int], size: tuple[int, int]) -> UInt8Array:
+def read_image(path: Path, source_size: tuple[int, int] | None, size: tuple[int, int]) -> UInt8Array:
     """Read a JPEG or PNG and resize it, corners on corners.
 
     Args:
         path: the file.
-        source_size: (height, width) that it must have.
+        source_size: (height, width) that it must have; None for any.
         size: (height, width) of the result.
 
     Returns:
@@ -171,9 +200,9 @@ def read_image(path: Path, source_size: tuple[int, int], size: tuple[int, int]) 
         found = image_size(data)
     except ValueError as error:
         raise DataFileError(f"{path}: not a whole JPEG or PNG ({error}); replace it") from error
-    if found != source_size:
+    if source_size is not None and found != source_size:
         raise DataFileError(
             f"{path}: has {found[1]} × {found[0]} pixels, by its calibration {source_size[1]} × "
             f"{source_size[0]}; correct image_size"
         )
-    return decode_resized(np.frombuffer(data, np.uint8), source_size, size, str(path))
+    return decode_resized(np.frombuffer(data, np.uint8), found, size, str(path))

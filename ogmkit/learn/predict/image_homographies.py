@@ -98,9 +98,11 @@ def _camera(known: Calibration) -> FrameGeometry:
     return FrameGeometry(
         intrinsics=np.eye(3) if known.intrinsics is None else known.intrinsics,
         level_from_camera=np.eye(4) if known.level_from_camera is None else known.level_from_camera,
+        level_from_ego=np.eye(4),
         image_size=known.image_size,
         level_from_box=np.empty((0, 4, 4)),
         size_wlh=np.empty((0, 3)),
         category=(),
         visibility=nothing.astype(np.uint8),
+        num_lidar_pts=nothing.astype(np.int64),
     )

@@ -89,6 +89,15 @@ class System(LightningModule):
     def prediction_spec(self, homography: str | None) -> SampleSpec:
         """What it predicts from; `homography` is the source that warps, for a system that needs one."""
 
+    @property
+    def image_spec(self) -> SampleSpec:
+        """What `look` needs of single frames; no label."""
+        return self.prediction_spec(None)
+
+    def look(self, batch: Batch) -> None:
+        """Run what sees images on single frames, for what it finds out about them on its way."""
+        self.answer(batch)
+
     @abstractmethod
     def answer(self, batch: Batch) -> Answer:
         """What the network says of a batch, as loss and score take it."""

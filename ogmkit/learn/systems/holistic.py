@@ -39,6 +39,15 @@ class _Seeing(PlannerSystem):
         return SampleSpec(wanted.image_size, masks, wanted.homography, trajectory=True)
 
     @property
+    def image_spec(self) -> SampleSpec:
+        """Images."""
+        return SampleSpec(self.settings.image_size)
+
+    def look(self, batch: Batch) -> None:
+        """The perception's look."""
+        self.perception(batch["image"])
+
+    @property
     def prepare_spec(self) -> SampleSpec:
         """Trajectories; and the masks, where their classes are weighted."""
         if not self._weighs:

@@ -146,6 +146,15 @@ class EndToEndSystem(PlannerSystem):
         del homography
         return SampleSpec(self.settings.image_size, trajectory=True)
 
+    @property
+    def image_spec(self) -> SampleSpec:
+        """Images."""
+        return SampleSpec(self.settings.image_size)
+
+    def look(self, batch: Batch) -> None:
+        """The encoder's look."""
+        self.encoder(batch["image"])
+
     def observed(self, batch: Batch) -> Answer:
         """All six images' features."""
         features: Tensor = self.encoder(batch["image"].flatten(0, 1))[-1]

@@ -169,6 +169,12 @@ SCENARIOS = {
             slow=True,
         ),
         _scenario(
+            "adapt: adapt network images --out adapted",
+            "network images",
+            "network images",
+            slow=True,
+        ),
+        _scenario(
             "export: export network --out model.onnx",
             "network",
             "network",

@@ -1,0 +1,244 @@
+"""Parts of the benchmark on real images: each is figures of one network, or of what needs none, in a file."""
+
+import json
+import math
+import sys
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from pathlib import Path
+
+from commands import ogmkit
+from real_shards import CAMERA, METHODS, SOURCE, key_of, real_plans, real_shards, write_splits
+from real_trainings import NEED_WORLD, PLANNERS, Trainer, last, training_score
+
+from ogmkit.base.atomic import write_json
+from ogmkit.evaluation.baselines import ceiling
+from ogmkit.evaluation.evaluate import evaluate
+from ogmkit.evaluation.formats import as_json
+from ogmkit.evaluation.planning.evaluate import evaluate_plans
+from ogmkit.evaluation.result import PAPER
+from ogmkit.evaluation.settings import EvaluateSettings
+from ogmkit.homography.leave_out import summarise
+from ogmkit.learn.predict.run import open_run
+from ogmkit.learn.runs import BEST
+from ogmkit.pipeline.homography_summary import read_results
+from ogmkit.shards.reader import Shard
+
+PLANNING = tuple(PLANNERS)
+ADAPTED, ZERO_SHOT = "-adapted", "-zero-shot"
+"""After a system's name: normalisation taken from the test images, without labels; nothing real learnt."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """The figures of a part.
+
+    Attributes:
+        records: as `evaluate --format json` gives them, with start, seed, train and test.
+        score: on the training scenes; None of what learns nothing.
+    """
+
+    records: list
+    score: float | None = None
+
+
+@dataclass(frozen=True)
+class Way:
+    """One way round: which scenes teach, and which are reported.
+
+    Attributes:
+        data: the dataset.
+        folder: of the benchmark.
+        trainer: makes runs.
+        train: names of scenes.
+        test: names of others.
+    """
+
+    data: Path
+    folder: Path
+    trainer: Trainer
+    train: tuple
+    test: tuple
+
+    @cached_property
+    def shards(self):
+        """Of all its scenes."""
+        return real_shards(self.folder, self.data, sorted((*self.train, *self.test)))
+
+    @cached_property
+    def plans(self):
+        """The same for planners."""
+        return real_plans(self.folder, self.data, sorted((*self.train, *self.test)))
+
+    @cached_property
+    def splits(self):
+        """Which of them are for what."""
+        return write_splits(self.folder, self.train, self.test)
+
+    def network(self, system, start, seed):
+        """Figures of a network of the first stage."""
+        return self._kept(f"{system}-{start}-{seed}", lambda: self._network(system, start, seed))
+
+    def planner(self, name, seed):
+        """Figures of a planner."""
+        return self._kept(f"{name}-{seed}", lambda: self._planner(name, seed))
+
+    def part(self, name, make):
+        """The records of what needs no network."""
+        return self._kept(name, make).records
+
+    def for_free(self):
+        """Controls, ceilings, errors of homographies, and the planners' controls."""
+        records = json.loads(as_json(self._evaluated([], ceilings=METHODS.split(","))))
+        for source in METHODS.split(","):
+            records += self._errors(source, source)
+        found = evaluate_plans(self.plans, [], EvaluateSettings(samples=0), split_file=self.splits)
+        return Part([*self._marked([*records, *json.loads(as_json(found))], None, None)])
+
+    def _network(self, system, start, seed):
+        run = self.trainer.real(system, start, seed, self.shards, self.splits)
+        score = training_score(run)
+        if system == "homography":
+            return Part([*self._marked(self._homography(last(run)), start, seed)], score)
+        runs = {system: last(run)}
+        if start in NEED_WORLD and system == "footprints" and seed == 0:
+            runs[f"{system}{ZERO_SHOT}"] = last(self.trainer.synthetic(system, start))
+        runs |= {f"{name}{ADAPTED}": self._adapted(one) for name, one in runs.items()}
+        return Part([*self._marked(self._scored(runs), start, seed)], score)
+
+    def _adapted(self, run):
+        """A run adapted to the test images."""
+        out = self.trainer.runs / "adapted" / key_of(self.splits.name, run)
+        if not (out / BEST).exists():
+            of_test = ["--split-file", self.splits, "--split", "test"]
+            ogmkit("adapt", run, self.shards, "--out", out, *of_test)
+        return out
+
+    def _homography(self, run):
+        """True footprints warped by the network's homographies, and these one's errors."""
+        source = f"network-{key_of(run)}"
+        ogmkit("predict", "homography", self.shards, "--checkpoint", run, "--name", source)
+        found = json.loads(as_json(self._evaluated([], ceilings=[source])))
+        rows = [one | {"system": "homography"} for one in found if one["system"] == ceiling(source)]
+        return [*rows, *self._errors(source, "homography")]
+
+    def _planner(self, name, seed):
+        run = self.trainer.planner(name, seed)
+        settings = EvaluateSettings(samples=0)
+        found = evaluate_plans(self.plans, [open_run(run)], settings, split_file=self.splits)
+        own = [one for one in json.loads(as_json(found)) if one["system"] == found.systems[0]]
+        return Part([*self._marked([one | {"system": name} for one in own], "synthetic", seed)])
+
+    def _scored(self, runs):
+        """The rows of runs, by the names that they are given."""
+        found = self._evaluated(runs.values(), ceilings=[])
+        names = dict(zip(found.systems, runs, strict=True))
+        records = json.loads(as_json(found))
+        return [one | {"system": names[one["system"]]} for one in records if one["system"] in names]
+
+    def _evaluated(self, runs, ceilings):
+        settings = EvaluateSettings(homography=SOURCE, samples=0)
+        opened = [open_run(run) for run in runs]
+        return evaluate(self.shards, opened, settings, split_file=self.splits, ceilings=ceilings)
+
+    def _errors(self, source, name):
+        """Errors of left-out boxes' ground corners, by range."""
+        left_out = []
+        for scene in self.test:
+            with Shard(self.shards / f"{scene}.h5") as shard:
+                left_out.append(read_results(shard, CAMERA, source).left_out)
+        for one in summarise(left_out):
+            region = f"{one.from_m:g}-{one.to_m:g} m"
+            place = {"definition": PAPER, "target": "vehicles", "view": "bev", "region": region}
+            for metric in ("median_m", "p90_m"):
+                value = getattr(one, metric)
+                values = {"value": value if math.isfinite(value) else None, "low": None, "high": None}
+                seen = {"chosen_on_reported": False, "learnt_from_reported": False}
+                yield {"system": name, **place, "cells": "all", "metric": f"error_{metric}", **values, **seen}
+
+    def _marked(self, records, start, seed):
+        scenes = {"train": ",".join(self.train), "test": ",".join(self.test)}
+        return (one | {"start": start, "seed": seed, **scenes} for one in records)
+
+    def _kept(self, name, make):
+        """A part as its file has it, made where there is none of these sizes."""
+        way = key_of(self.data.resolve(), self.train, self.test, asdict(self.trainer.sizes))
+        path = self.folder / "results" / way / f"{name}.json"
+        if path.is_file():
+            return Part(**json.loads(path.read_text()))
+        print(f"{','.join(self.train)} → {','.join(self.test)}: {name}", file=sys.stderr, flush=True)
+        part = make()
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_json(path, asdict(part))
+        return part
+
+
+def best_start(parts):
+    """The start whose networks scored best on the training scenes."""
+
+    def mean(start):
+        return sum(part.score or 0.0 for part in parts[start]) / len(parts[start])
+
+    return max(parts, key=mean)
+
+
+COLUMNS = {
+    "camera": ("camera", "full", "all"),
+    "BEV close in view": ("bev", "close", "fov"),
+    "BEV full": ("bev", "full", "all"),
+}
+"""Column → view, region and cells of the foreground's IoU."""
+
+
+def summary(records):
+    """Means over seeds, with the least and the greatest, a table for each way round."""
+    lines = []
+    for way in dict.fromkeys((one["train"], one["test"]) for one in records):
+        of_way = [one for one in records if (one["train"], one["test"]) == way]
+        header = [f"{target}: {column}" for target in ("drivable", "vehicles") for column in COLUMNS]
+        lines += [f"Foreground IoU, %, learnt from {way[0]}, reported on {way[1]}", ""]
+        lines += [f"| system | start | {' | '.join(header)} |", "| --- | --- |" + " ---: |" * len(header)]
+        for system, start in dict.fromkeys(
+            (one["system"], one["start"]) for one in of_way if one["metric"] == "foreground_iou"
+        ):
+            own = [one for one in of_way if (one["system"], one.get("start")) == (system, start)]
+            cells = [
+                told([one["value"] for one in own if is_of(one, target, *place)])
+                for target in ("drivable", "vehicles")
+                for place in COLUMNS.values()
+            ]
+            lines.append(f"| {system} | {start or ''} | {' | '.join(cells)} |")
+        lines += ["", *error_lines(of_way), ""]
+    return "\n".join(lines)
+
+
+def error_lines(records):
+    """Medians of homographies' errors by range, and planners' ADE up to the last horizon, in metres."""
+    found = {}
+    for one in records:
+        place = None
+        if one["metric"] == "error_median_m":
+            place = one["region"]
+        elif (one["metric"], one.get("reading"), one.get("horizon_s")) == ("ade", "mean", 2.5):
+            place = "ADE to 2.5 s"
+        if place is not None and one["value"] is not None:
+            found.setdefault((one["system"], one["start"] or "", place), []).append(one["value"])
+    yield "| in metres | start | what | mean over seeds |"
+    yield "| --- | --- | --- | ---: |"
+    for (system, start, place), values in found.items():
+        yield f"| {system} | {start} | {place} | {sum(values) / len(values):.3g} |"
+
+
+def is_of(record, target, view, region, cells):
+    """Whether a record is a column's."""
+    wanted = {"target": target, "view": view, "region": region, "cells": cells, "metric": "foreground_iou"}
+    return all(record.get(key) == value for key, value in wanted.items())
+
+
+def told(values):
+    """`48.1 (47.0–49.5)`, `48.1`, or NA."""
+    known = [100 * value for value in values if value is not None]
+    if not known:
+        return "NA"
+    mean = f"{sum(known) / len(known):.1f}"
+    return mean if len(known) == 1 else f"{mean} ({min(known):.1f}–{max(known):.1f})"
