@@ -86,7 +86,8 @@ def as_latex(evaluation: Evaluation | PlanEvaluation, all_tables: bool = True) -
 def _records(evaluation: Evaluation | PlanEvaluation) -> Iterator[dict[str, Any]]:
     """A record of every figure, and whether its row has seen the scenes."""
     rows = {key: getattr(evaluation, key) for key in _SEEN}
-    for figure in evaluation.figures:
+    named = () if isinstance(evaluation, Evaluation) else evaluation.named
+    for figure in (*evaluation.figures, *named):
         values = asdict(figure) | {key: figure.system in names for key, names in rows.items()}
         yield {
             key: None if isinstance(value, float) and math.isnan(value) else value

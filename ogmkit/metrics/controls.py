@@ -26,7 +26,12 @@ def constant_velocity(past: FloatArray, destination: FloatArray) -> FloatArray:
         (N, 5, 2) positions at steps 1 … 5.
     """
     del destination
-    return -past[:, -1:] * _T[:, None]
+    return driving_on(past, STEPS)
+
+
+def driving_on(past: FloatArray, points: int) -> FloatArray:
+    """(N, points, 2) positions where the last displacement of a (N, 6, 2) past is repeated."""
+    return -past[:, -1:] * np.arange(1.0, points + 1)[:, None]
 
 
 def straight_line(past: FloatArray, destination: FloatArray) -> FloatArray:
@@ -57,7 +62,8 @@ def _lagrange(times: FloatArray, knots: tuple[float, ...]) -> FloatArray:
 
 _CUBIC = _lagrange(_T, _KNOTS)
 
+CONSTANT_VELOCITY = "constant-velocity"
 CONTROLS: Mapping[str, Callable[[FloatArray, FloatArray], FloatArray]] = MappingProxyType(
-    {"constant-velocity": constant_velocity, "straight-line": straight_line, "cubic": cubic}
+    {CONSTANT_VELOCITY: constant_velocity, "straight-line": straight_line, "cubic": cubic}
 )
 """By the names that tables have for them."""

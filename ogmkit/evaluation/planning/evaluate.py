@@ -7,7 +7,8 @@ import numpy as np
 
 from ogmkit.base.names import with_number
 from ogmkit.base.news import Found, tell
-from ogmkit.evaluation.planning.fixed import FIXED, TRUTH, fixed_plans, linear_note
+from ogmkit.evaluation.planning.fixed import FIXED, TRUTH, fixed_plans, linear_note, untold_points
+from ogmkit.evaluation.planning.named import named_figures
 from ogmkit.evaluation.planning.planners import planners_of, plans_of
 from ogmkit.evaluation.planning.result import PlanEvaluation, PlanFigure, PlanSample
 from ogmkit.evaluation.planning.sequences import Sequences, sequences_of, training_sequences
@@ -70,10 +71,10 @@ def evaluate_plans(
     planners = planners_of(runs, shards, sequences, homography=chosen.homography, reserved=FIXED)
     seen = seen_by({one.name: one.run.checkpoint for one in planners}, sequences.scene_names)
     tell(Found(f"{sequences.index.counted('sequence')}; {with_number(len(planners), 'run')}"))
-    passes = 1 + len(planners) + bool(planners)
+    passes = 2 + len(planners) + bool(planners)
     tick = ticker(on_progress, passes * len(sequences))
     # The rows for free first: that is quick, and finds what is wrong with the shards.
-    for_free = fixed_plans(sequences, training)
+    for_free = dict(fixed_plans(sequences, training))
     fixed = tuple(_figures(sequences, for_free, tick))
     # One after the other: only one network is held at a time.
     planned = {
@@ -82,6 +83,8 @@ def evaluate_plans(
     }
     columns = {name: columns_of(plans) for name, plans in planned.items()}
     figures = tuple(_figures(sequences, columns, tick)) if columns else ()
+    untold = untold_points(sequences, training)
+    told = {name: plans.mean for name, plans in (columns | for_free).items() if name not in untold}
     return PlanEvaluation(
         split=sequences.split,
         scenes=sequences.scenes,
@@ -103,6 +106,8 @@ def evaluate_plans(
         chosen_on_reported=tuple(seen.chosen),
         learnt_from_reported=tuple(seen.learnt),
         definition=sequences.definition,
+        named=tuple(named_figures(sequences, {**told, **untold}, tick)),
+        untold=tuple(untold),
     )
 
 

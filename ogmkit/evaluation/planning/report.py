@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 
 from ogmkit.evaluation.planning.fixed import TRUTH
+from ogmkit.evaluation.planning.named_report import named_explanations, named_tables
 from ogmkit.evaluation.planning.result import PlanEvaluation, PlanFigure
 from ogmkit.evaluation.result import labels_told
 from ogmkit.evaluation.tables import WITH_INTERVAL, Report, Table, counted, further_tables, shown
@@ -17,7 +18,10 @@ _SHARES = {
     "in_vehicle": "in vehicle",
 }
 
-_LEFT_OUT = "the mean up to each horizon, how good the distributions are, and what lies where plans lead"
+_LEFT_OUT = (
+    "the mean up to each horizon, how good the distributions are, what lies where plans lead, and the "
+    "field's planning scores by name"
+)
 
 _Figures = dict[tuple[str, str, float, str], PlanFigure]
 
@@ -55,6 +59,7 @@ def _explanations(evaluation: PlanEvaluation, all_tables: bool, intervals: bool)
             "outside the grid don't count), or within a vehicle's box at their own time; "
             f"{TRUTH}: what was driven."
         )
+        yield from named_explanations(evaluation)
     if intervals:
         yield "Intervals come from resampling scenes."
     yield (
@@ -68,7 +73,8 @@ def _explanations(evaluation: PlanEvaluation, all_tables: bool, intervals: bool)
 def _rest(evaluation: PlanEvaluation, figures: _Figures, intervals: bool) -> tuple[Table, ...]:
     """All tables but the headline."""
     readings = [_error_table(evaluation, figures, reading, intervals) for reading in READINGS]
-    return further_tables([*readings, _other_table(evaluation, figures, intervals)], intervals)
+    tables = further_tables([*readings, _other_table(evaluation, figures, intervals)], intervals)
+    return (*tables, *named_tables(evaluation))
 
 
 def _error_table(evaluation: PlanEvaluation, figures: _Figures, reading: str, intervals: bool) -> Table:

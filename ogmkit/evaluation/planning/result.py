@@ -13,11 +13,12 @@ class PlanFigure:
 
     Attributes:
         system: the row of the table.
-        definition: of the labels that it was measured by.
-        metric: a name of `ogmkit.metrics.displacement.METRICS`; metres, nats, or a share between 0
-            and 1.
+        definition: of the labels that it was measured by; of a score by name, that of
+            `ogmkit.metrics.open_loop.catalogue.DEFINITIONS`.
+        metric: a name of `ogmkit.metrics.displacement.METRICS`, or of `ogmkit.metrics.open_loop.scores`;
+            metres, nats, or a share between 0 and 1.
         horizon_s: seconds from the last image.
-        reading: `at` the horizon's point, or `mean` over the points up to it.
+        reading: `at` the horizon's point, `mean` over the points up to it, or `up-to` it, at any of them.
         value: over all sequences.
         low: lower end of the 95 % interval; NaN where there is one scene only.
         high: its upper end, likewise.
@@ -65,6 +66,8 @@ class PlanEvaluation:
         chosen_on_reported: names of the runs whose checkpoint was chosen on scenes that are reported.
         learnt_from_reported: names of the runs that learnt from such scenes.
         definition: of the labels.
+        named: figures by the names of their definitions, row by row.
+        untold: names of the rows of `named` that aren't told the destination.
     """
 
     split: str
@@ -79,6 +82,8 @@ class PlanEvaluation:
     chosen_on_reported: tuple[str, ...] = ()
     learnt_from_reported: tuple[str, ...] = ()
     definition: str = PAPER
+    named: tuple[PlanFigure, ...] = ()
+    untold: tuple[str, ...] = ()
 
     @property
     def horizons_s(self) -> tuple[float, ...]:

@@ -290,7 +290,8 @@ def test_limit_and_progress(shards, fake_planners):
     found = scored(shards, runs, limit=2, on_progress=lambda *one: calls.append(one))
 
     assert found.sequences == 2
-    assert calls == [(done, 8) for done in range(1, 9)]  # rows for free, each run's plans, their scoring
+    # Rows for free, each run's plans, their scoring, and scores by name.
+    assert calls == [(done, 10) for done in range(1, 11)]
 
 
 @pytest.mark.parametrize(

@@ -9,8 +9,10 @@ from dataclasses import replace
 import pytest
 
 from ogmkit.evaluation.formats import as_csv, as_json, as_latex, as_markdown, report_of
+from ogmkit.evaluation.planning.named import COLUMNS
 from ogmkit.evaluation.planning.result import PlanEvaluation, PlanFigure
 from ogmkit.metrics.displacement import METRICS, READINGS
+from ogmkit.metrics.open_loop.catalogue import DEFINITIONS
 
 KEYS = [
     *("system", "definition", "metric", "horizon_s", "reading", "value", "low", "high"),
@@ -99,7 +101,10 @@ def test_the_headline_is_displacements_at_the_horizons_without_intervals(evaluat
 
 
 def test_a_headline_says_what_all_tables_add(evaluation, one_scene):
-    rest = "the mean up to each horizon, how good the distributions are, and what lies where plans lead"
+    rest = (
+        "the mean up to each horizon, how good the distributions are, what lies where plans lead, and the "
+        "field's planning scores by name"
+    )
 
     assert report_of(evaluation, all_tables=False).hint == (
         f"`ogmkit evaluate --all` adds 95 % intervals, {rest}"
@@ -178,3 +183,62 @@ def test_markdown_and_latex_hold_all_tables(evaluation):
     assert not any(
         ord(sign) > 127 for line in latex.splitlines() if not line.startswith("%") for sign in line
     )
+
+
+def named(system, offset, told):
+    """Scores by name: offset + a tenth a column + 0.01 a horizon, without one at 3 s where it is told."""
+    for c, (definition, metric) in enumerate(COLUMNS):
+        for h, horizon_s in enumerate((1.0, 2.0, 3.0)):
+            value = math.nan if told and h == 2 else offset + c / 10 + h / 100
+            reading = DEFINITIONS[definition].reading
+            figure = PlanFigure(system, metric, horizon_s, reading, value, value, value)
+            yield replace(figure, definition=definition)
+
+
+@pytest.fixture
+def by_name(one_scene):
+    rows = {SYSTEM: 1.0, CONTROL: 2.0, TRUTH: 0.0, "ego-status": 3.0}
+    told = (SYSTEM, CONTROL)
+    figures = tuple(one for name, offset in rows.items() for one in named(name, offset, name in told))
+    return replace(one_scene, named=figures, untold=(TRUTH, "ego-status"))
+
+
+def test_scores_by_name_are_tables_of_their_own_for_plans_told_and_not(by_name):
+    *_, distances, cells, exact, untold, _, their_exact = report_of(by_name).tables
+
+    assert distances.title == "plans told the point at 3 s: L2 in metres"
+    assert distances.groups == (("uniad", 3), ("stp3, vad", 3))
+    assert distances.header == ("system", "1 s", "2 s", "3 s", "to 1 s", "to 2 s", "to 3 s")
+    assert distances.systems == ((SYSTEM, "1.00", "1.01", "–", "1.30", "1.31", "–"),)
+    assert distances.fixed == ((CONTROL, "2.00", "2.01", "–", "2.30", "2.31", "–"),)
+    assert cells.groups == (("uniad", 3), ("stp3", 3), ("vad", 3))
+    assert cells.fixed[0][1:] == ("210.00", "211.00", "–", "240.00", "241.00", "–", "270.00", "271.00", "–")
+    assert exact.groups == (("collision", 3), ("drivable edge", 3))
+    assert untold.title == "plans not told it: L2 in metres"
+    assert (untold.systems, untold.fixed) == (
+        (),
+        (("ego-status", "3.00", "3.01", "3.02", "3.30", "3.31", "3.32"),),
+    )
+    assert [row[0] for row in their_exact.fixed] == [TRUTH, "ego-status"]
+
+
+def test_scores_by_name_come_with_their_faults_and_why_there_is_none(by_name):
+    text = "\n".join(report_of(by_name).explanations)
+
+    assert "–: a plan that is told the point at 3 s has none of its own there" in text
+    for name, one in DEFINITIONS.items():
+        assert name in text
+        assert all(fault in text for fault in one.faults)
+    assert "vad (" not in "\n".join(report_of(by_name, all_tables=False).explanations)
+
+
+def test_the_headline_does_not_change_and_files_hold_scores_by_name(by_name, one_scene):
+    assert report_of(by_name, all_tables=False).tables == report_of(one_scene, all_tables=False).tables
+
+    found = json.loads(as_json(by_name))[len(by_name.figures) :]
+    assert len(found) == 4 * len(COLUMNS) * 3
+    assert list(found[0]) == KEYS
+    assert {one["definition"] for one in found} == set(DEFINITIONS)
+    assert [one["value"] for one in found if one["system"] == SYSTEM and one["horizon_s"] == 3.0] == [
+        None
+    ] * 11
