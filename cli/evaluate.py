@@ -125,9 +125,9 @@ def command(
 
     Plans: ADE, L1 longitudinal and lateral at 0.5, 1.5 and 2.5 s. --all adds intervals, the means up to these
     horizons, the likelihood of the truth, how many truths the distributions' ellipses hold, and how many
-    predicted points are off the drivable area or in a vehicle, and the field's planning scores by name: L2 and
-    collisions at 1, 2 and 3 s by the rules of UniAD, ST-P3 and VAD, collisions and crossings of the drivable
-    edge exactly. Plans that are told the point at 3 s have no figure there.
+    predicted points are off the drivable area or in a vehicle. It adds the field's planning scores by name:
+    L2 and collisions at 1, 2 and 3 s by the rules of UniAD, ST-P3 and VAD, collisions and crossings of the
+    drivable edge exactly. Plans that are told the point at 3 s have no figure there.
 
     \b
     Rows below those of planners:
@@ -136,7 +136,7 @@ def command(
     straight-line      equal steps to the destination
     cubic              polynomial in time through the last two positions, the present one, the destination
     linear             least squares from past and destination, fitted to the split train
-    ego-status         least squares from the past alone, in the tables of plans that are not told the point at 3 s
+    ego-status         least squares from the past alone, in tables of plans that aren't told the point at 3 s
     """  # noqa: D301  # Click wants the character
     if pictures is not None and not runs:
         raise click.UsageError("--pictures needs a RUN.")

@@ -19,8 +19,8 @@ _SHARES = {
 }
 
 _LEFT_OUT = (
-    "the mean up to each horizon, how good the distributions are, what lies where plans lead, and the "
-    "field's planning scores by name"
+    "the mean up to each horizon, how good the distributions are, what lies where plans lead, and "
+    "scores by name"
 )
 
 _Figures = dict[tuple[str, str, float, str], PlanFigure]

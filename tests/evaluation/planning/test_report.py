@@ -102,8 +102,8 @@ def test_the_headline_is_displacements_at_the_horizons_without_intervals(evaluat
 
 def test_a_headline_says_what_all_tables_add(evaluation, one_scene):
     rest = (
-        "the mean up to each horizon, how good the distributions are, what lies where plans lead, and the "
-        "field's planning scores by name"
+        "the mean up to each horizon, how good the distributions are, what lies where plans lead, and "
+        "scores by name"
     )
 
     assert report_of(evaluation, all_tables=False).hint == (
