@@ -24,6 +24,7 @@ from .text import one_line
 COMMANDS = {
     "synthesize": "Generate a synthetic nuScenes-style dataset.",
     "check": "Check a dataset against numbered rules.",
+    "splits": "Show how near splits lie to each other, or make some that lie apart.",
     "inspect": "Show what a dataset, shards, a training or a checkpoint holds.",
     "extract": "Turn a dataset into training targets, one HDF5 shard a scene.",
     "verify": "Check shards against their schema, checksums and each other.",

@@ -6,7 +6,7 @@ from typing import Any, TypeVar
 
 import click
 
-from .paths import EXISTING_FILE, EXISTING_FOLDER, FOLDER
+from .paths import EXISTING, EXISTING_FOLDER, FOLDER
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -104,15 +104,17 @@ splits_option = list_option(
 
 split_file_option = click.option(
     "--split-file",
-    type=EXISTING_FILE,
-    help="JSON file: split name → list of scene names.  [default: the dataset's splits.json, else the "
+    type=EXISTING,
+    help="JSON file: split name → list of scene names; or a folder of published lists, train.txt and so on, "
+    "a scene a line.  [default: the dataset's splits.json, else the "
     "official splits]",
 )
 
 shards_split_file_option = click.option(
     "--split-file",
-    type=EXISTING_FILE,
-    help="JSON file: split name → list of scene names.  [default: the splits that the shards were made with]",
+    type=EXISTING,
+    help="JSON file: split name → list of scene names; or a folder of published lists, train.txt and so on, "
+    "a scene a line.  [default: the splits that the shards were made with]",
 )
 
 workers_option = click.option(

@@ -12,6 +12,7 @@ from ogmkit.nuscenes import splits as split_lists
 from ogmkit.nuscenes.found import with_found
 from ogmkit.nuscenes.overview import SceneOverview, key_files, scene_overviews
 from ogmkit.nuscenes.paths import one_line
+from ogmkit.nuscenes.places import ScenePlaces, read_places
 from ogmkit.nuscenes.records import SceneKey, frame_records, lidar_records, read_boxes, read_images
 from ogmkit.nuscenes.rules import CONCERNS, Rule, find_violations
 from ogmkit.nuscenes.schema import EDGE_TABLES
@@ -87,6 +88,10 @@ class Dataset:
     def key_files(self, channels: Sequence[str], *, maps: bool) -> Iterator[tuple[str, str, str]]:
         """Scene, channel and name of the files of key frames, and of map masks, whose channel is empty."""
         return key_files(self._tables, channels, maps=maps)
+
+    def places(self) -> tuple[ScenePlaces, ...]:
+        """Where every scene was recorded, sorted by name; scenes without a pose are not among them."""
+        return read_places(self._tables)
 
     def map_path(self, location: str) -> str:
         """The drivable-area mask of a location, relative to the root.

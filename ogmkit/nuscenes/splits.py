@@ -9,6 +9,7 @@ from ogmkit.base.names import unknown
 from ogmkit.errors import SettingsError, TableError
 
 SPLITS_FILE = "splits.json"
+_LIST = ".txt"
 
 # Numbers of scene-NNNN, inclusive ranges. Source: nuscenes-devkit 1.2.0, nuscenes.utils.splits.
 _OFFICIAL_NUMBERS = {
@@ -46,15 +47,18 @@ OFFICIAL: dict[str, tuple[str, ...]] = {
 
 
 def read_split_file(path: Path) -> dict[str, tuple[str, ...]]:
-    """Read a split file: a JSON object of split → list of scene names.
+    """Read a split file: a JSON object of split → list of scene names; or published lists.
+
+    Lists are published as text: a folder of files such as `train.txt`, or one such file, with a scene's name
+    a line. A file's name, less its ending, is the split's.
 
     Raises:
-        TableError: the file is absent, no JSON, or holds something else.
+        TableError: the file is absent, no JSON, or holds something else; or a folder holds no list.
     """
+    if published(path):
+        return _read_lists(path)
     try:
-        content = json.loads(read_text(path))
-    except OSError as error:
-        raise TableError(f"{path}: split file can't be read ({error.strerror}); check the path") from error
+        content = json.loads(_text(path))
     except (ValueError, RecursionError) as error:
         raise TableError(
             f"{path}: split file is not JSON ({error}); give an object of split → scenes"
@@ -69,13 +73,39 @@ def read_split_file(path: Path) -> dict[str, tuple[str, ...]]:
     return {split: tuple(scenes) for split, scenes in content.items()}
 
 
+def published(path: Path) -> bool:
+    """Whether a split file holds published lists: they name a whole dataset's scenes, parts may lack some."""
+    return path.is_dir() or path.suffix == _LIST
+
+
+def _read_lists(path: Path) -> dict[str, tuple[str, ...]]:
+    files = sorted(path.glob(f"*{_LIST}")) if path.is_dir() else [path]
+    if not files:
+        raise TableError(f"{path}: holds no list of scenes, such as train{_LIST}; check the path")
+    try:
+        splits = {file.stem: tuple(_text(file).split()) for file in files}
+    except ValueError as error:
+        raise TableError(f"{path}: holds a list that is no text ({error}); give a scene a line") from error
+    for split, scenes in splits.items():
+        if len(set(scenes)) != len(scenes):
+            raise TableError(f"{path}: split {split!r} names a scene twice; correct it")
+    return splits
+
+
+def _text(path: Path) -> str:
+    try:
+        return read_text(path)
+    except OSError as error:
+        raise TableError(f"{path}: split file can't be read ({error.strerror}); check the path") from error
+
+
 def find_splits(
     root: Path, scene_names: Sequence[str], split_file: Path | None = None
 ) -> dict[str, tuple[str, ...]]:
     """The splits that hold for a dataset.
 
-    The dataset's own and the official lists are cut down to the scenes that are there: a part of a dataset
-    may well have kept the whole one's file. A file that the user names must fit.
+    The dataset's own, published and the official lists are cut down to the scenes that are there: a part of
+    a dataset may well have kept the whole one's file. A JSON file that the user names must fit.
 
     Args:
         root: the dataset's root, which may hold `splits.json`.
@@ -90,6 +120,8 @@ def find_splits(
     """
     if split_file is not None:
         found = read_split_file(split_file)
+        if published(split_file):
+            return _cut(found, scene_names)
         require_present(split_file, found, scene_names)
         return found
     own = root / SPLITS_FILE

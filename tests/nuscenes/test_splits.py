@@ -123,3 +123,34 @@ def test_an_empty_split_cannot_be_chosen(small_root):
         pytest.raises(SettingsError, match=r"split train: none of its scenes .*; choose from: val"),
     ):
         dataset.split("train")
+
+
+def test_published_lists_are_a_folder_of_scenes_a_line(small_root, tmp_path):
+    lists = tmp_path / "geo"
+    lists.mkdir()
+    (lists / "train.txt").write_text("scene-0002\nscene-0999\n")
+    (lists / "val.txt").write_text("scene-0001\n\n")
+
+    with Dataset(small_root) as dataset:
+        # They name a whole dataset's scenes: those that a part lacks are no error.
+        assert dataset.splits(lists) == {"train": ("scene-0002",), "val": ("scene-0001",)}
+        assert dataset.split("val", lists) == ("scene-0001",)
+        assert dataset.splits(lists / "val.txt") == {"val": ("scene-0001",)}
+
+
+@pytest.mark.parametrize(
+    ("files", "message"),
+    [
+        ({}, r"geo: holds no list of scenes, such as train\.txt; check the path"),
+        ({"val.txt": b"scene-0001\nscene-0001\n"}, "geo: split 'val' names a scene twice; correct it"),
+        ({"val.txt": b"\xff\xfe"}, "geo: holds a list that is no text"),
+    ],
+)
+def test_what_is_wrong_with_published_lists_is_told(small_root, tmp_path, files, message):
+    lists = tmp_path / "geo"
+    lists.mkdir()
+    for name, content in files.items():
+        (lists / name).write_bytes(content)
+
+    with Dataset(small_root) as dataset, pytest.raises(TableError, match=message):
+        dataset.splits(lists)
