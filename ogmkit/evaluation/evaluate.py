@@ -8,6 +8,7 @@ from ogmkit.base.news import Found, tell
 from ogmkit.evaluation.baselines import ALL_DRIVABLE, Ceilings
 from ogmkit.evaluation.controls import Controls, control_notes, mean_mask_set
 from ogmkit.evaluation.entrants import Entrant, entrants_of
+from ogmkit.evaluation.near import near_training
 from ogmkit.evaluation.progress import Progress, spread, ticker
 from ogmkit.evaluation.result import Evaluation
 from ogmkit.evaluation.runs import OpenRun
@@ -106,6 +107,7 @@ def evaluate(
         chosen_on_reported=tuple(seen.chosen),
         learnt_from_reported=tuple(seen.learnt),
         definition=scope.definition,
+        near_training=near_training(shards, scope.scenes, scope.training.scenes if scope.training else ()),
     )
 
 

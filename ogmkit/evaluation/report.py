@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
+from ogmkit.evaluation.near import near_told
 from ogmkit.evaluation.result import Evaluation, Figure, labels_told
 from ogmkit.evaluation.tables import NOTHING, WITH_INTERVAL, Report, Table, counted, further_tables, shown
 from ogmkit.metrics.iou import CELLS, IOUS, TUNED_IOU
@@ -68,6 +69,7 @@ def _explanations(evaluation: Evaluation, intervals: bool) -> Iterator[str]:
         yield "A run's own thresholds are those that had the best IoU on its training's validation frames."
     if intervals:
         yield "Intervals come from resampling scenes."
+    yield from near_told(evaluation.near_training)
     yield from evaluation.notes
 
 

@@ -1,5 +1,6 @@
 """What an evaluation found."""
 
+import math
 from dataclasses import dataclass, field
 
 from ogmkit.evaluation.frames import Place
@@ -97,6 +98,7 @@ class Evaluation:
         chosen_on_reported: names of the runs whose checkpoint was chosen on scenes that are reported.
         learnt_from_reported: names of the runs that learnt from such scenes.
         definition: of the labels.
+        near_training: share of the reported scenes' key frames near one of those to learn from, or NaN.
     """
 
     split: str
@@ -115,3 +117,4 @@ class Evaluation:
     chosen_on_reported: tuple[str, ...] = ()
     learnt_from_reported: tuple[str, ...] = ()
     definition: str = PAPER
+    near_training: float = math.nan

@@ -7,6 +7,7 @@ import numpy as np
 
 from ogmkit.base.names import with_number
 from ogmkit.base.news import Found, tell
+from ogmkit.evaluation.near import near_training
 from ogmkit.evaluation.planning.fixed import FIXED, TRUTH, fixed_plans, linear_note, untold_points
 from ogmkit.evaluation.planning.named import named_figures
 from ogmkit.evaluation.planning.planners import planners_of, plans_of
@@ -108,6 +109,7 @@ def evaluate_plans(
         definition=sequences.definition,
         named=tuple(named_figures(sequences, {**told, **untold}, tick)),
         untold=tuple(untold),
+        near_training=near_training(shards, sequences.scene_names, sequences.reported.training),
     )
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
+from ogmkit.evaluation.near import near_told
 from ogmkit.evaluation.planning.fixed import TRUTH
 from ogmkit.evaluation.planning.named_report import named_explanations, named_tables
 from ogmkit.evaluation.planning.result import PlanEvaluation, PlanFigure
@@ -67,6 +68,7 @@ def _explanations(evaluation: PlanEvaluation, all_tables: bool, intervals: bool)
         "cubic: the polynomial in time through the last two positions, the present one and the destination; "
         "linear: least squares from the past and the destination, over sequences of other scenes."
     )
+    yield from near_told(evaluation.near_training)
     yield from evaluation.notes
 
 

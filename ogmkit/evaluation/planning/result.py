@@ -1,5 +1,6 @@
 """What an evaluation of planners found."""
 
+import math
 from dataclasses import dataclass, field
 
 from ogmkit.evaluation.frames import Place
@@ -68,6 +69,7 @@ class PlanEvaluation:
         definition: of the labels.
         named: figures by the names of their definitions, row by row.
         untold: names of the rows of `named` that aren't told the destination.
+        near_training: share of the reported scenes' key frames near one of those to learn from, or NaN.
     """
 
     split: str
@@ -84,6 +86,7 @@ class PlanEvaluation:
     definition: str = PAPER
     named: tuple[PlanFigure, ...] = ()
     untold: tuple[str, ...] = ()
+    near_training: float = math.nan
 
     @property
     def horizons_s(self) -> tuple[float, ...]:

@@ -59,6 +59,9 @@ SCENARIOS = {
             slow=True,
         ),
         _scenario("check: check world --json", "world", "world", speaks=True),
+        _scenario(
+            "splits: splits world --out apart.json --apart 0 --test-share 0 --json", "world", "world", speaks=True
+        ),
         _scenario("inspect dataset: inspect world --json", "world", "world", speaks=True),
         _scenario(
             f"extract: extract world out {_SMALL} --lidar --cache-dir cache", "world", "world", verified="out"
