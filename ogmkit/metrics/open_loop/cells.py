@@ -51,7 +51,7 @@ def paint(faces: FloatArray, lattice: Lattice) -> UInt8Array:
     row, column = _along(faces - (lattice.origin_ahead_m, 0.0), lattice)
     canvas = np.zeros((CELLS, CELLS), np.uint8)
     places = np.round(np.stack([column, row], axis=-1) / M_PER_CELL + _HALF_M / M_PER_CELL)
-    for ring in places.astype(np.int32):
+    for ring in np.ascontiguousarray(places, dtype=np.int32):
         cv2.fillPoly(canvas, [ring], 1)
     return canvas
 

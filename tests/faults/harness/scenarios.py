@@ -60,7 +60,10 @@ SCENARIOS = {
         ),
         _scenario("check: check world --json", "world", "world", speaks=True),
         _scenario(
-            "splits: splits world --out apart.json --apart 0 --test-share 0 --json", "world", "world", speaks=True
+            "splits: splits world --out apart.json --apart 0 --test-share 0 --json",
+            "world",
+            "world",
+            speaks=True,
         ),
         _scenario("inspect dataset: inspect world --json", "world", "world", speaks=True),
         _scenario(

@@ -78,6 +78,16 @@ def test_obstacles_are_painted_with_their_outline():
     assert set(np.nonzero(left)[1]) == set(range(104, 109))
 
 
+def test_several_obstacles_unite_whatever_their_layout_in_memory():
+    faces = np.concatenate([face(10.0, 3.0), face(20.0, -3.0), face(11.0, 3.0)])
+    found = paint(np.asfortranarray(faces), UNIAD.lattice)
+
+    np.testing.assert_array_equal(
+        found, np.maximum.reduce([paint(one[None], UNIAD.lattice) for one in faces])
+    )
+    assert found.sum() == 45 + 2 * 5 + 45
+
+
 def test_vads_point_is_looked_up_25_m_away():
     # Of a plan's point 10 m ahead: (24.875 − 10) / 0.5 = 29.75, whose row stands for 50 − 29 · 0.5 = 35.5 m.
     ((row, column),) = point_cells(np.array([10.0, 0.0]), VAD.lattice)
