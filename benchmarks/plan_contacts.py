@@ -3,8 +3,10 @@
 import numpy as np
 import shapely
 
+from ogmkit.grid import GridSpec
 from ogmkit.metrics.open_loop.catalogue import DEFINITIONS, EXACT
-from ogmkit.metrics.open_loop.scores import point_values
+from ogmkit.metrics.open_loop.contact import contacts
+from ogmkit.metrics.open_loop.scores import Surrounding, point_values
 from ogmkit.synthetic.catalogue import EGO_SIZE_WLH
 from ogmkit.synthetic.fleet import draw_drivers
 from ogmkit.synthetic.layout import LOCATIONS, build_layout
@@ -14,6 +16,7 @@ from ogmkit.synthetic.passing import plan_passing
 SEEDS = range(12)
 START_M, EVERY_M, LEFT_M = 5.0, 4.0, 40.0
 """Plans begin every few metres of the way, from a first place to some metres before its end."""
+GIVEN = "exact, headings given"
 STEPS = 0.5 * np.arange(7)
 
 
@@ -67,16 +70,18 @@ def local(poses, others):
 
 def main():
     """Print recall and precision of each definition, point by point."""
-    known, found = [], {name: [] for name in DEFINITIONS}
+    touching, found = [], {name: [] for name in (*DEFINITIONS, GIVEN)}
     for seed in SEEDS:
         for planned, true, others in cases(seed):
             plan, faces = local(planned, others)
             truth = local(np.concatenate([planned[:1], true[1:]]), others)[0]
-            known.append(in_contact(planned, others))
+            around = Surrounding(truth, [faces] * 6, None, GridSpec())
+            touching.append(in_contact(planned, others))
             for name, one in DEFINITIONS.items():
-                values = point_values(one, plan[None], truth, [faces] * 6, None, None)
-                found[name].append(values["collision"][0])
-    true = np.array(known)
+                found[name].append(point_values(one, plan[None], around)["collision"][0])
+            known = planned[None, 1:, 2] - planned[0, 2]
+            found[GIVEN].append(contacts(plan[None], around.faces, EXACT.ego, known)[0])
+    true = np.array(touching)
     print(f"{len(true)} plans, {true.sum()} of {true.size} points in contact\n")
     print("| definition | found | recall | precision |\n| --- | ---: | ---: | ---: |")
     for name, values in found.items():

@@ -29,6 +29,7 @@ class CameraObstacles:
         self._shard, self._camera = shard, camera
         self._rows, _ = neighbour_rows(shard, camera, range(1, POINTS + 1))
         self._level_from_global = shard.dataset(camera, "level_from_global")[:]
+        self._global_from_ego = shard.dataset(camera, "global_from_ego")[:]
         self._boxes: dict[int, Boxes] = {}
 
     def faces(self, frame: int, obstacles: Obstacles) -> tuple[FloatArray | None, ...]:
@@ -50,6 +51,12 @@ class CameraObstacles:
             self._faces(frame, row, obstacles, present) if row >= 0 else None
             for row in self._rows[frame].tolist()
         )
+
+    def headings(self, frame: int) -> FloatArray:
+        """(6,) the ego's at the six steps after a frame, radians, in its level frame; NaN if left out."""
+        rows = self._rows[frame]
+        ahead = self._global_from_ego[np.maximum(rows, 0), :3, 0] @ self._level_from_global[frame, :3, :3].T
+        return np.where(rows >= 0, np.arctan2(ahead[:, 1], ahead[:, 0]), np.nan)
 
     def _faces(self, frame: int, row: int, obstacles: Obstacles, present: set[str] | None) -> FloatArray:
         chosen = select(

@@ -45,18 +45,23 @@ def _motion(path: FloatArray, step: int) -> FloatArray:
     return np.where(np.isnan(between), at_the_end, between)
 
 
-def placed(points: FloatArray, box: EgoBox, outline: FloatArray) -> FloatArray:
+def placed(
+    points: FloatArray, box: EgoBox, outline: FloatArray, known: FloatArray | None = None
+) -> FloatArray:
     """Points of the ego's box along plans.
 
     Args:
         points: (..., T, 2) metres.
         box: whose.
         outline: (P, 2) metres ahead of and to the left of the box's centre.
+        known: (..., T) headings in radians, as of what was driven; NaN, or None, where the path gives them.
 
     Returns:
         (..., T, P, 2) metres, in the plans' frame.
     """
     heading = headings(points) if box.turned else np.where(np.isnan(points[..., 0]), np.nan, 0.0)
+    if known is not None:
+        heading = np.where(np.isnan(known), heading, known)
     ahead, left = outline[:, 0] + box.centre_ahead_m, outline[:, 1]
     cos, sin = np.cos(heading)[..., None], np.sin(heading)[..., None]
     turned = np.stack([cos * ahead - sin * left, sin * ahead + cos * left], axis=-1)

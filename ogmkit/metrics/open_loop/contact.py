@@ -11,7 +11,12 @@ from ogmkit.metrics.open_loop.definition import EgoBox
 from ogmkit.typing import BoolArray, FloatArray, UInt8Array
 
 
-def contacts(points: FloatArray, faces: Sequence[FloatArray | None], box: EgoBox) -> FloatArray:
+def contacts(
+    points: FloatArray,
+    faces: Sequence[FloatArray | None],
+    box: EgoBox,
+    known: FloatArray | None = None,
+) -> FloatArray:
     """Whether the ego's box touches an obstacle's.
 
     Args:
@@ -19,11 +24,12 @@ def contacts(points: FloatArray, faces: Sequence[FloatArray | None], box: EgoBox
         faces: T arrays of (M, 4, 2) corners in order round each obstacle's ground face at that step, metres
             in the plans' frame; None where they aren't known.
         box: the ego's.
+        known: (R, T) headings, as of `placed`.
 
     Returns:
         (R, T) 1 where it touches one, else 0; NaN where a plan has no point or obstacles aren't known.
     """
-    bodies = placed(points, box, corners(box))
+    bodies = placed(points, box, corners(box), known)
     found = np.full(points.shape[:-1], np.nan)
     for step, others in enumerate(faces):
         there = ~np.isnan(points[:, step, 0])
@@ -34,7 +40,13 @@ def contacts(points: FloatArray, faces: Sequence[FloatArray | None], box: EgoBox
     return found
 
 
-def edge_crossings(points: FloatArray, drivable: UInt8Array, grid: GridSpec, box: EgoBox) -> FloatArray:
+def edge_crossings(
+    points: FloatArray,
+    drivable: UInt8Array,
+    grid: GridSpec,
+    box: EgoBox,
+    known: FloatArray | None = None,
+) -> FloatArray:
     """Whether the outline of the ego's box lies on cells that aren't drivable.
 
     Args:
@@ -42,14 +54,15 @@ def edge_crossings(points: FloatArray, drivable: UInt8Array, grid: GridSpec, box
         drivable: (rows, columns) uint8 0/1.
         grid: its grid.
         box: the ego's.
+        known: (...) headings, as of `placed`.
 
     Returns:
         (...) 1 where it does, 0 where not; parts outside the grid don't count, NaN where all are.
     """
-    line = placed(points, box, outline(box, grid.m_per_cell))
-    known: BoolArray = np.logical_and.reduce(~np.isnan(line), axis=-1)
-    cells = np.floor(grid.cells(np.where(known[..., None], line, 0.0)) + 0.5).astype(np.int64)
+    line = placed(points, box, outline(box, grid.m_per_cell), known)
+    there: BoolArray = np.logical_and.reduce(~np.isnan(line), axis=-1)
+    cells = np.floor(grid.cells(np.where(there[..., None], line, 0.0)) + 0.5).astype(np.int64)
     column, row = np.moveaxis(cells, -1, 0)
-    inside = known & (row >= 0) & (row < grid.rows) & (column >= 0) & (column < grid.columns)
+    inside = there & (row >= 0) & (row < grid.rows) & (column >= 0) & (column < grid.columns)
     off = inside & (drivable[np.where(inside, row, 0), np.where(inside, column, 0)] == 0)
     return np.where(inside.any(axis=-1), off.any(axis=-1), np.nan)

@@ -10,8 +10,10 @@ import pytest
 
 from ogmkit.errors import ShardError
 from ogmkit.evaluation.planning.evaluate import evaluate_plans
+from ogmkit.evaluation.planning.obstacles import CameraObstacles
 from ogmkit.evaluation.settings import EvaluateSettings
 from ogmkit.metrics.plan import Plan
+from ogmkit.shards.reader import Shard
 
 FRAME = 7
 """Its sixth point is the 14th frame's, the last one."""
@@ -146,6 +148,13 @@ class TestObstacles:
         text = f"scene-0002.h5: CAM_FRONT: frame {FRAME + 6} has a box whose pose or size is not finite; "
         with pytest.raises(ShardError, match=re.escape(text)):
             scored(shards)
+
+
+def test_what_was_driven_has_its_own_headings(shards):
+    with Shard(shards / "scene-0002.h5") as shard:
+        found = CameraObstacles(shard, "CAM_FRONT").headings(FRAME)
+
+    np.testing.assert_allclose(found, 0.04 * np.arange(1, 7))
 
 
 def test_the_edge_is_crossed_by_the_box_before_the_point(shards, fake_planners):

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
+from ogmkit.grid import GridSpec
 from ogmkit.metrics.open_loop.catalogue import STP3, UNIAD, VAD
 from ogmkit.metrics.open_loop.cells import box_cells, collisions, paint, point_cells
-from ogmkit.metrics.open_loop.scores import point_values
+from ogmkit.metrics.open_loop.scores import Surrounding, point_values
 
+GRID = GridSpec()
 FIELD = (UNIAD, STP3, VAD)
 EMPTY = np.zeros((0, 4, 2))
 
@@ -117,9 +119,10 @@ def test_a_step_at_which_the_truth_collides_counts_as_none():
     truth = np.column_stack([[2.0, 4.0, 10.0, 14.0, 18.0, 22.0], np.zeros(6)])
     plan = np.column_stack([[5.0, 10.0, 10.0, 15.0, 20.0, 25.0], np.zeros(6)])
     for definition in FIELD:
-        found = point_values(definition, plan[None], truth, faces, None, None)
+        around = Surrounding(truth, faces, None, GRID)
+        found = point_values(definition, plan[None], around)
         assert found["collision"][0].tolist() == [0, 1, 0, 0, 0, 0]
-        of_truth = point_values(definition, truth[None], truth, faces, None, None)
+        of_truth = point_values(definition, truth[None], around)
         assert not of_truth["collision"].any()
 
 

@@ -9,7 +9,7 @@ from ogmkit.grid import GridSpec
 from ogmkit.metrics.open_loop.catalogue import DEFINITIONS, EXACT
 from ogmkit.metrics.open_loop.contact import contacts, edge_crossings
 from ogmkit.metrics.open_loop.horizons import at_horizons
-from ogmkit.metrics.open_loop.scores import point_values
+from ogmkit.metrics.open_loop.scores import Surrounding, point_values
 from ogmkit.synthetic.catalogue import EGO_SIZE_WLH
 from ogmkit.synthetic.fleet import draw_drivers
 from ogmkit.synthetic.layout import LOCATIONS, build_layout
@@ -79,9 +79,9 @@ def test_a_box_that_turns_touches_what_one_that_does_not_misses():
     plan = 12.0 * np.column_stack([np.sin(angle), 1 - np.cos(angle)])
     car = rectangle(12.0, 12.0 + 3.0, 0.0, 1.0, 1.0)[None]
     faces = [np.zeros((0, 4, 2))] * 5 + [car]
+    around = Surrounding(straight(0.0), faces, None, GridSpec())
     found = {
-        name: point_values(one, plan[None], straight(0.0), faces, None, None)["collision"][0, 5]
-        for name, one in DEFINITIONS.items()
+        name: point_values(one, plan[None], around)["collision"][0, 5] for name, one in DEFINITIONS.items()
     }
     assert found == {"uniad": 0, "stp3": 0, "vad": 0, "exact": 1}
 
@@ -148,11 +148,12 @@ def incident():
 def test_contacts_of_incidents_are_found_all_and_no_others(incident):
     """Plans that drive on along the lane, or swerve as the ego does, past what stands in its way.
 
-    Known is when the boxes overlap, by the separating-axis theorem on the way's own headings.
+    Known is when the boxes overlap, by the separating-axis theorem on the way's own headings. The rule is
+    told these, or follows the path.
     """
     ego, obstacles, passing = incident
     others = np.stack([rectangle(*item.place.pose(0.0), *item.look.size_wlh[1::-1]) for item in obstacles])
-    known, found = [], []
+    known, told, followed = [], [], []
     for path in (ego.route.path, ego.route.path.offset(passing.left_m)):
         for start_m in np.arange(5.0, path.distances[-1] - 40.0, 3.0):
             poses = np.array([_pose(path, start_m + ego.cruise_m_s * 0.5 * step) for step in range(7)])
@@ -160,12 +161,13 @@ def test_contacts_of_incidents_are_found_all_and_no_others(incident):
             cos, sin = np.cos(poses[0, 2]), np.sin(poses[0, 2])
             turn = np.array([[cos, -sin], [sin, cos]])
             plan, faces = ((xy - poses[0, :2]) @ turn for xy in (poses[1:, :2], others))
-            found.append(contacts(plan[None], [faces] * 6, BOX)[0])
-    known, found = np.array(known) > 0, np.array(found) == 1
-    assert np.count_nonzero(known) > 20
-    assert np.count_nonzero(known & found) / np.count_nonzero(known) == 1.0  # recall
-    assert np.count_nonzero(known & found) / np.count_nonzero(found) == 1.0  # precision
-    assert np.count_nonzero(found) < found.size / 2
+            followed.append(contacts(plan[None], [faces] * 6, BOX)[0])
+            told.append(contacts(plan[None], [faces] * 6, BOX, poses[None, 1:, 2] - poses[0, 2])[0])
+    known = np.array(known) > 0
+    assert 20 < np.count_nonzero(known) < known.size / 2
+    for found in (np.array(told) == 1, np.array(followed) == 1):
+        assert np.count_nonzero(known & found) / np.count_nonzero(known) == 1.0  # recall
+        assert np.count_nonzero(known & found) / np.count_nonzero(found) == 1.0  # precision
 
 
 def _pose(path, at_m):
