@@ -1,9 +1,7 @@
 """What a planning score means, as a record: two scores can be compared where their records are equal."""
 
-import dataclasses
-import json
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 Reading = Literal["at", "mean", "up-to"]
 """At the horizon's point; mean over the points up to it; whether it holds of any point up to it."""
@@ -96,8 +94,3 @@ class PlanDefinition:
     truth_in_contact: Counted
     faults: tuple[str, ...]
     source: str = ""
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain JSON values."""
-        values: dict[str, Any] = json.loads(json.dumps(dataclasses.asdict(self)))
-        return values
