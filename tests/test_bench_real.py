@@ -1,4 +1,4 @@
-"""The benchmark on real images: what goes to stdout, what is kept, and that test scenes choose nothing."""
+"""The benchmark on real images: what goes to stdout, what is kept, that no test scene chooses anything."""
 
 import importlib
 import importlib.util
