@@ -19,6 +19,7 @@ from ogmkit.grid import GridSpec
 from ogmkit.learn.adaptation import Adaptation
 from ogmkit.learn.catalogue import settings_from_dict
 from ogmkit.learn.checksums import add_checksum, require_checksum
+from ogmkit.learn.models.weights import are_weights
 from ogmkit.learn.settings import TrainSettings
 from ogmkit.learn.systems.base import System
 from ogmkit.learn.systems.registry import build_system
@@ -191,7 +192,7 @@ def read_checkpoint(path: Path, *, mapped: bool = False) -> tuple[Card, dict[str
             f"{path}: is damaged, or holds more than weights and plain values; nothing of it was run; {AGAIN}"
         ) from error
     values = content.get(KEY) if isinstance(content, dict) else None
-    if not isinstance(values, dict) or not isinstance(content.get("state_dict"), dict):
+    if not isinstance(values, dict) or not are_weights(content.get("state_dict")):
         raise CheckpointError(f"{path}: not a checkpoint of ogmkit; {AGAIN}")
     if values.get("format_version") != FORMAT_VERSION:
         found = values.get("format_version")

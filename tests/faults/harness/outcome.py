@@ -85,7 +85,7 @@ def _named(ended: Ended, names: Iterable[str]) -> bool:
     if any(not _OURS.match(line) for line in lines):
         return False
     said = lines or ended.stdout.splitlines()
-    wanted = re.compile("|".join(rf"\b{re.escape(name)}\b" for name in names) or "$^")
+    wanted = re.compile("|".join(rf"(?<!\w){re.escape(name)}(?!\w)" for name in names) or "$^")
     return (
         any(wanted.search(line) for line in said)
         if not lines
