@@ -185,6 +185,15 @@ class Definition:
         return values
 
 
+def without_map(definition: Definition) -> Definition:
+    """The definition without classes that need a map."""
+    kept = tuple(one for one in definition.classes if not one.layers)
+    names = {one.name for one in kept}
+    kept = tuple(one for one in kept if set(one.unites) <= names)
+    cell = dataclasses.replace(definition.cell, layers="none")
+    return dataclasses.replace(definition, classes=kept, cell=cell)
+
+
 def differing_fields(here: Mapping[str, Any], there: Mapping[str, Any]) -> tuple[str, ...]:
     """The fields in which two stored definitions differ, each with both values; none where scores compare.
 

@@ -1,7 +1,6 @@
 """From a key frame and a definition to arrays."""
 
 import re
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,15 +53,6 @@ def labels_of(
             named = np.array([class_of[name] == one.name for name in key_frame.boxes.category], np.bool_)
             arrays[one.name] = _painted(definition, plane, key_frame.boxes.selected(named & shown))
     return arrays | _beside(key_frame, definition, plane)
-
-
-def without_map(definition: Definition) -> Definition:
-    """The definition without classes that need a map."""
-    kept = tuple(one for one in definition.classes if not one.layers)
-    names = {one.name for one in kept}
-    kept = tuple(one for one in kept if set(one.unites) <= names)
-    cell = replace(definition.cell, layers="none")
-    return replace(definition, classes=kept, cell=cell)
 
 
 def visibility_of(boxes: Boxes, definition: Definition) -> UInt8Array:

@@ -1,6 +1,6 @@
 """FIERY's targets of a sequence: ids, centres, offsets, flow and motion of the present and of what follows.
 
-Each frame is in its own ego frame; `in_present` are the ids warped into the present's, for FIERY trains on them.
+Each frame is in its own ego frame; `in_present` are the ids warped into that of the present, to train on.
 """
 
 from collections.abc import Sequence

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ogmkit.labels.catalogue import PRESETS
-from ogmkit.labels.make import without_map
+from ogmkit.labels.definition import without_map
 from ogmkit.nuscenes.dataset import Dataset
 from ogmkit.nuscenes.expansion import open_expansion
 

@@ -8,8 +8,7 @@ import pytest
 from ogmkit.errors import SettingsError
 from ogmkit.grid import GridSpec
 from ogmkit.labels.catalogue import NAMES, PRESETS, definition, paper
-from ogmkit.labels.definition import differing_fields
-from ogmkit.labels.make import without_map
+from ogmkit.labels.definition import differing_fields, without_map
 from ogmkit.target_settings import TargetSettings
 
 LSS = PRESETS["lss"]
