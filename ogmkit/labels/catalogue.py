@@ -8,7 +8,8 @@ import re
 from ogmkit.base.names import unknown
 from ogmkit.errors import SettingsError
 from ogmkit.grid import GridSpec
-from ogmkit.labels.definition import Axis, CellRule, Definition, Filters, Grid, LabelClass
+from ogmkit.labels.definition import Axis, CellRule, Definition, Filters, Grid, LabelClass, without_map
+from ogmkit.labels.names import NAMES, PAPER
 from ogmkit.target_settings import TargetSettings
 
 _WORD = r"(^|\.){}(\.|$)"
@@ -142,9 +143,6 @@ PRESETS: dict[str, Definition] = {
     one.name: one for one in (_LSS, _FIERY, _CVT, _PON, _BEVFUSION, _POINTBEV, _STP3)
 }
 """Name → what that repository's own code draws."""
-PAPER = "paper"
-NAMES = (PAPER, *PRESETS)
-"""All names, the default first."""
 
 
 def definition(name: str, targets: TargetSettings | None = None) -> Definition:
@@ -162,6 +160,20 @@ def definition(name: str, targets: TargetSettings | None = None) -> Definition:
     if name not in PRESETS:
         raise SettingsError(unknown("definition", name, NAMES))
     return PRESETS[name]
+
+
+def drawable(name: str, *, no_map: bool = False) -> Definition:
+    """The definition of a name as far as `labels_of` draws it.
+
+    Args:
+        name: one of `NAMES`; of the paper's, vehicles alone, since its drivable area is the map mask's.
+        no_map: leave out all classes that need a map.
+
+    Raises:
+        SettingsError: there is no such name.
+    """
+    found = definition(name, TargetSettings(no_map=True))
+    return without_map(found) if no_map else found
 
 
 def paper(targets: TargetSettings) -> Definition:

@@ -8,7 +8,7 @@ from typing import Any, Protocol, TypeVar
 from ogmkit.base.differences import differences
 from ogmkit.base.names import unknown
 from ogmkit.errors import OutputError, SettingsError, ShardError
-from ogmkit.labels.catalogue import PAPER
+from ogmkit.labels.names import PAPER
 from ogmkit.shards.additions import added_values
 from ogmkit.shards.faults import AGAIN, REMEDY
 from ogmkit.shards.fields import AddedKind

@@ -11,8 +11,9 @@ from ogmkit.base.stated import require_stated, setting
 from ogmkit.base.steps import GAP_STEPS, STEP_S
 from ogmkit.errors import SettingsError
 from ogmkit.grid import GridSpec
-from ogmkit.labels.catalogue import NAMES, PAPER, PRESETS
+from ogmkit.labels.catalogue import PRESETS
 from ogmkit.labels.definition import Definition, without_map
+from ogmkit.labels.names import NAMES, PAPER
 from ogmkit.target_settings import TargetSettings
 
 Compression = Literal["gzip", "lzf", "none"]
@@ -65,6 +66,9 @@ class ExtractSettings:
         for name in self.definitions:
             if name not in NAMES:
                 raise SettingsError(unknown("definition", name, NAMES))
+        for definition in self.labels:
+            if not definition.classes:
+                raise SettingsError(f"definition {definition.name}: has no class without a map; leave it out")
         if self.only_complete and self.skip_bad_frames:
             raise SettingsError("only_complete, skip_bad_frames: leave out whole scenes or frames, not both")
 

@@ -14,7 +14,8 @@ from ogmkit.base.atomic import replacing
 from ogmkit.base.steps import STEPS
 from ogmkit.errors import TableError
 from ogmkit.frames import FrameRecord, LeftOutFrame, SceneRecord
-from ogmkit.labels.catalogue import PAPER, paper
+from ogmkit.labels.catalogue import paper
+from ogmkit.labels.names import PAPER
 from ogmkit.nuscenes.maps import MapMask, MaskStore
 from ogmkit.nuscenes.paths import resolve
 from ogmkit.shards import fields, schema

@@ -7,15 +7,16 @@ import pytest
 
 from ogmkit.errors import SettingsError
 from ogmkit.grid import GridSpec
-from ogmkit.labels.catalogue import NAMES, PRESETS, definition, paper
+from ogmkit.labels.catalogue import PRESETS, definition, paper
 from ogmkit.labels.definition import differing_fields, without_map
+from ogmkit.labels.names import NAMES
 from ogmkit.target_settings import TargetSettings
 
 LSS = PRESETS["lss"]
 
 
 def test_names():
-    assert NAMES == ("paper", "lss", "fiery", "cvt", "pon", "bevfusion", "pointbev", "stp3")
+    assert set(NAMES) == {"paper", *PRESETS}
     assert [definition(name).name for name in NAMES] == list(NAMES)
     with pytest.raises(SettingsError, match="unknown definition 'lsss'; did you mean lss"):
         definition("lsss")
