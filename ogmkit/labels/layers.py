@@ -69,10 +69,10 @@ def _paint_areas(
 
 def _whole(definition: Definition, plane: Plane, expansion: Expansion, layer: str) -> Iterator[Strokes]:
     del definition
+    centre = plane.centre_global
     for area in expansion.areas(layer):
-        outer = plane.local_2d(area.outer)
-        if _is_near(outer):
-            yield [outer], 1
+        if _is_near(area.outer - centre):
+            yield [plane.local_2d(area.outer)], 1
             yield [plane.local_2d(hole) for hole in area.holes], 0
 
 
@@ -99,13 +99,15 @@ def _paint_lines(
         for line in turned_lines(definition, plane, expansion, layer):
             stroke_two(canvas, np.trunc(canvas_points(definition, plane, line)).astype(np.int64))
         return
+    centre = plane.centre_global
     for line in expansion.lines(layer):
-        local = plane.local_2d(line.astype(np.float32).astype(np.float64))
-        if _is_near(local):
+        if _is_near(line - centre):
+            local = plane.local_2d(line.astype(np.float32).astype(np.float64))
             points = rounded(canvas_points(definition, plane, local))
             canvas.reshape(-1)[line_cells(points[:-1], points[1:], canvas.shape)[1]] = 1
 
 
-def _is_near(local_m: FloatArray) -> bool:
-    """Whether bounds come within a square round the origin; what lies farther reaches no cell."""
-    return bool((local_m.min(axis=0) <= _NEAR_M).all() and (local_m.max(axis=0) >= -_NEAR_M).all())
+def _is_near(from_centre_m: FloatArray) -> bool:
+    """Whether bounds meet a square round the plane's origin; what lies farther reaches no cell."""
+    low, high = from_centre_m.min(axis=0), from_centre_m.max(axis=0)
+    return bool((low <= _NEAR_M).all() and (high >= -_NEAR_M).all())

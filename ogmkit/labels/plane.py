@@ -34,6 +34,14 @@ class Plane:
         result: FloatArray = centred @ self.local_from_global.T + self.offset_m
         return result
 
+    @property
+    def centre_global(self) -> FloatArray:
+        """(2,) where the plane's own origin lies on the map."""
+        result: FloatArray = self.origin_global[:2] - np.linalg.solve(
+            self.local_from_global[:, :2], self.offset_m
+        )
+        return result
+
     def local_2d(self, points_global: FloatArray) -> FloatArray:
         """The same of (..., 2) points of a map, as if the plane were level."""
         centred = points_global - self.origin_global[:2]

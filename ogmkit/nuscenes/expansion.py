@@ -50,6 +50,16 @@ class Expansion:
         return {one["token"]: one for one in self.content["polygon"]}
 
     @cached_property
+    def _areas(self) -> dict[str, tuple[Area, ...]]:
+        """Those that were asked for."""
+        return {}
+
+    @cached_property
+    def _drawn(self) -> dict[str, tuple[FloatArray, ...]]:
+        """Likewise of lines."""
+        return {}
+
+    @cached_property
     def _lines(self) -> dict[str, Mapping[str, Any]]:
         return {one["token"]: one for one in self.content["line"]}
 
@@ -59,15 +69,13 @@ class Expansion:
         Raises:
             DataFileError: the file lacks the layer, or a record of it is damaged.
         """
-        try:
-            tokens = [
-                token
-                for record in self.content[layer]
-                for token in record.get("polygon_tokens") or [record["polygon_token"]]
-            ]
-            return tuple(self._area(self._polygons[token]) for token in tokens)
-        except (KeyError, TypeError, ValueError) as error:
-            raise self._damaged(layer, error) from error
+        if layer not in self._areas:
+            try:
+                tokens = [token for record in self.content[layer] for token in _polygon_tokens(record)]
+                self._areas[layer] = tuple(self._area(self._polygons[token]) for token in tokens)
+            except (KeyError, TypeError, ValueError) as error:
+                raise self._damaged(layer, error) from error
+        return self._areas[layer]
 
     def lines(self, layer: str) -> tuple[FloatArray, ...]:
         """The lines of a layer, (K, 2) float64 each; those of fewer than two points are left out.
@@ -75,11 +83,13 @@ class Expansion:
         Raises:
             DataFileError: as `areas`.
         """
-        try:
-            lines = [self._lines[record["line_token"]]["node_tokens"] for record in self.content[layer]]
-            return tuple(self._points(tokens) for tokens in lines if len(tokens) > 1)
-        except (KeyError, TypeError, ValueError) as error:
-            raise self._damaged(layer, error) from error
+        if layer not in self._drawn:
+            try:
+                lines = [self._lines[record["line_token"]]["node_tokens"] for record in self.content[layer]]
+                self._drawn[layer] = tuple(self._points(tokens) for tokens in lines if len(tokens) > 1)
+            except (KeyError, TypeError, ValueError) as error:
+                raise self._damaged(layer, error) from error
+        return self._drawn[layer]
 
     def _area(self, record: Mapping[str, Any]) -> Area:
         holes = tuple(self._points(hole["node_tokens"]) for hole in record["holes"] if hole["node_tokens"])
@@ -90,6 +100,12 @@ class Expansion:
 
     def _damaged(self, layer: str, error: Exception) -> DataFileError:
         return DataFileError(f"{self.path}: layer {layer} is absent or damaged ({error!r}); {_REMEDY}")
+
+
+def _polygon_tokens(record: Mapping[str, Any]) -> list[str]:
+    """A drivable area's record has several."""
+    several: list[str] | None = record.get("polygon_tokens")
+    return [record["polygon_token"]] if several is None else several
 
 
 def open_expansion(dataroot: Path, location: str) -> Expansion:
