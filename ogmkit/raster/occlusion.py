@@ -1,4 +1,4 @@
-"""Cells that are seen, where boxes stand in the way, and by where LiDAR beams got to (docs/definitions.md)."""
+"""Cells that are seen: past boxes that stand in the way, and by where LiDAR beams got to."""
 
 import numpy as np
 

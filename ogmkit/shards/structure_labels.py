@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import h5py
 
+from ogmkit.labels.catalogue import paper
 from ogmkit.labels.definition import Definition, differing_fields
 from ogmkit.shards.conformity import sizes
 from ogmkit.shards.labels_stored import holds_labels_only, label_groups, stored_record
@@ -33,9 +34,20 @@ def label_problems(shard: Shard) -> Iterator[str]:
             yield f"/{place} is missing"
         else:
             yield from _group_problems(shard, found[place], expected[place])
+    yield from _paper_problems(shard)
     for name in sorted(shard.h5):
         if holds_labels_only(shard.h5[name]):
             yield from _place_problems(shard, shard.h5[name])
+
+
+def _paper_problems(shard: Shard) -> Iterator[str]:
+    """Of the cameras' records, which shards of earlier versions lack."""
+    expected = paper(shard.settings.targets).to_dict()
+    for camera in shard.cameras:
+        group = shard.h5[camera]
+        if isinstance(group, h5py.Group) and "definition" in group.attrs:
+            for different in differing_fields(expected, stored_record(shard.path, group)):
+                yield f"/{camera} is by another definition: {different}"
 
 
 def _place_problems(shard: Shard, place: h5py.Group) -> Iterator[str]:

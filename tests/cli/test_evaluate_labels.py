@@ -37,6 +37,11 @@ def grids(labels):
     return path
 
 
+def test_shards_of_labels_are_shown_and_sound(labels):
+    assert "lss v1  SURROUND       20  vehicle" in run("inspect", labels / "scene-0001.h5").stdout
+    assert run("verify", labels).stdout == f"{labels}: sound\n"
+
+
 def test_a_table_whose_rows_name_the_definition(labels, grids):
     result = run("evaluate", labels, "--definition", "lss", "--predictions", grids)
     assert result.exit_code == 0, result.output

@@ -13,6 +13,7 @@ from ogmkit.labels.make import labels_of
 from ogmkit.nuscenes.dataset import Dataset
 from ogmkit.nuscenes.expansion import open_expansion
 from ogmkit.pipeline.amendment import chosen_cameras
+from ogmkit.shards.contents import labels_in
 from ogmkit.shards.manifest import read_manifest
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.settings import ExtractSettings
@@ -131,6 +132,23 @@ def test_the_papers_record_follows_the_settings(both, sample_grid):
     with Shard(both / read_manifest(both).shards[0].file) as shard:
         record = json.loads(shard.attributes("CAM_FRONT")["definition"])
     assert record == paper(TargetSettings(sample_grid)).to_dict()
+
+
+def test_a_papers_record_that_contradicts_the_settings_is_told(both, tmp_path):
+    path = shutil.copytree(both, tmp_path / "out") / read_manifest(both).shards[0].file
+    with h5py.File(path, "r+") as h5:
+        attributes = h5["CAM_BACK"].attrs
+        attributes["definition"] = json.dumps(json.loads(attributes["definition"]) | {"version": 7})
+    assert messages(path) == ["/CAM_BACK is by another definition: version is 1 here but 7 there"]
+
+
+def test_labels_are_listed(both):
+    with Shard(both / read_manifest(both).shards[0].file) as shard:
+        pon, lss = labels_in(shard)
+    assert (lss.place, lss.definition, lss.version, lss.samples) == ("SURROUND", "lss", 1, 8)
+    assert lss.arrays == ("vehicle",)
+    assert (pon.place, pon.definition) == ("CAM_FRONT", "pon")
+    assert {"ignore", "has_sweep", "car"} <= set(pon.arrays)
 
 
 def test_without_a_map_classes_of_it_are_left_out(make, tmp_path):
