@@ -17,6 +17,7 @@ from ogmkit.shards.fields import (
     Field,
     Part,
 )
+from ogmkit.shards.schema_labels import LABELS, label_field
 
 FORMAT = "ogmkit-shard"
 FORMAT_VERSION = 1
@@ -50,6 +51,7 @@ CAMERA_ATTRIBUTES = (
     Attribute("step_min_s", float, "the shortest such time", "optional"),
     Attribute("step_max_s", float, "the longest such time", "optional"),
     Attribute("frames_left_out", int, "L, frames whose file was absent or bad", "left out"),
+    Attribute("definition", str, "record of the labels' definition, as JSON", "optional"),
 )
 
 DATASET_ATTRIBUTES = ("description", "units", "frame")
@@ -241,6 +243,8 @@ def field_of(name: str) -> Field | None:
         name: such as `boxes/offsets` or `homography/surface/valid`.
     """
     kind, _, rest = name.partition("/")
+    if kind == LABELS:
+        return label_field(rest.partition("/")[2])
     added = next((one for one in ADDED if one.name == kind), None)
     whole = (*FIELDS, *LEFT_OUT_FIELDS)
     known, own = (whole, name) if added is None else (added.fields, rest.partition("/")[2])
