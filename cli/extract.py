@@ -43,8 +43,7 @@ _NAMED = 3
     cls=Command,
     examples=(
         "ogmkit extract dataroot shards --workers 8",
-        "ogmkit extract dataroot shards --scenes 'scene-00*' --camera CAM_FRONT,CAM_BACK --lidar",
-        "ogmkit extract dataroot labels --definition lss,cvt --no-map",
+        "ogmkit extract dataroot labels --definition lss,cvt --scenes 'scene-00*'",
     ),
 )
 @dataroot_argument

@@ -243,9 +243,9 @@ def field_of(name: str) -> Field | None:
         name: such as `boxes/offsets` or `homography/surface/valid`.
     """
     kind, _, rest = name.partition("/")
+    inner = rest.partition("/")[2]
     if kind == LABELS:
-        return label_field(rest.partition("/")[2])
-    added = next((one for one in ADDED if one.name == kind), None)
-    whole = (*FIELDS, *LEFT_OUT_FIELDS)
-    known, own = (whole, name) if added is None else (added.fields, rest.partition("/")[2])
+        return label_field(inner)
+    added = next((one.fields for one in ADDED if one.name == kind), None)
+    known, own = ((*FIELDS, *LEFT_OUT_FIELDS), name) if added is None else (added, inner)
     return next((field for field in known if field.name == own), None)
