@@ -104,6 +104,8 @@ def require_definition(
     if name is None or (record is None and name == definition.name):
         return
     there = named(name).to_dict() if record is None else dict(record)
+    if definition.name != PAPER and there == named(definition.name).to_dict():
+        return  # the labels may be without a map
     for different in differing_fields(there, definition.to_dict()):
         together = f"{name}, which can't share a column with {definition.name}"
         raise SettingsError(f"{path}: follows definition {together}: {different}")

@@ -6,7 +6,7 @@ from ogmkit.frames import FrameRecord, KeyFrame
 from ogmkit.geometry.se3 import inverse, transform_points
 from ogmkit.labels.boxes import box_corners_canvas, paint_boxes
 from ogmkit.labels.definition import Axis, Definition
-from ogmkit.labels.plane import Plane
+from ogmkit.labels.plane import Plane, front_of
 from ogmkit.nuscenes.paths import resolve
 from ogmkit.raster.lidar import read_points
 from ogmkit.typing import BoolArray, FloatArray, UInt8Array
@@ -23,9 +23,7 @@ def ignored(key_frame: KeyFrame, definition: Definition, plane: Plane) -> UInt8A
     Returns:
         (rows, columns) uint8.
     """
-    frame = key_frame.camera
-    if frame is None:
-        raise ValueError(f"sample {key_frame.sample_token}: has no camera's frame")
+    frame = front_of(key_frame)
     boxes = key_frame.boxes
     other = np.array([definition.class_of(one) is None for one in boxes.category], dtype=np.bool_)
     corners = box_corners_canvas(definition, plane, boxes.selected(other))

@@ -35,7 +35,8 @@ def labels_of(
         box drawn last or 255 (of FIERY, 0) for none; `instance` uint16, 0 for none.
 
     Raises:
-        ValueError: the definition needs a map or a camera's frame, and there is none.
+        ValueError: the definition needs a map, and none is given.
+        TableError: it needs a camera's frame, and the sample has none.
         DataFileError: a layer is absent or damaged.
     """
     if definition.needs_map and expansion is None:

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ogmkit.errors import TableError
 from ogmkit.frames import FrameRecord, KeyFrame
 from ogmkit.geometry.se3 import heading_rad, level_from_global
 from ogmkit.labels.definition import Frame
@@ -60,13 +61,13 @@ def plane_of(frame: Frame, key_frame: KeyFrame) -> Plane:
     - `image-level`: the level frame of the camera's ego pose.
 
     Raises:
-        ValueError: the frame is a camera's, and the key frame has none.
+        TableError: the frame is a camera's, and the key frame has none.
     """
     if frame == "camera":
-        return _camera(_front(key_frame))
+        return _camera(front_of(key_frame))
     if frame == "image-level":
-        matrix = level_from_global(_front(key_frame).global_from_ego)
-        return _at(matrix[:3, :3].T, _front(key_frame).global_from_ego[:3, 3])
+        matrix = level_from_global(front_of(key_frame).global_from_ego)
+        return _at(matrix[:3, :3].T, front_of(key_frame).global_from_ego[:3, 3])
     if frame == "lidar-heading":
         return _heading(key_frame)
     pose = key_frame.global_from_ego
@@ -83,9 +84,14 @@ def intrinsic_yaw_rad(global_from_ego: FloatArray) -> float:
     return float(np.arctan2(-global_from_ego[0, 1], global_from_ego[0, 0]))
 
 
-def _front(key_frame: KeyFrame) -> FrameRecord:
+def front_of(key_frame: KeyFrame) -> FrameRecord:
+    """The front camera's frame of a sample.
+
+    Raises:
+        TableError: there is none.
+    """
     if key_frame.camera is None:
-        raise ValueError(f"sample {key_frame.sample_token}: has no camera's frame")
+        raise TableError(f"sample {key_frame.sample_token}: has no frame of the front camera; leave it out")
     return key_frame.camera
 
 

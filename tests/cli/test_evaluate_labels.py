@@ -42,6 +42,21 @@ def test_shards_of_labels_are_shown_and_sound(labels):
     assert run("verify", labels).stdout == f"{labels}: sound\n"
 
 
+@pytest.mark.parametrize(
+    "command", [("homography-fit",), ("preview", "--out", "OUT"), ("train", "lstm-ed", "--out", "OUT")]
+)
+def test_what_takes_cameras_frames_says_what_is_missing(labels, tmp_path, command):
+    if command[0] == "train":
+        pytest.importorskip("torch")
+    arguments = [str(tmp_path / "out") if one == "OUT" else one for one in command]
+    place = 2 if command[0] == "train" else 1
+    result = run(*arguments[:place], labels, *arguments[place:])
+    assert result.exit_code == 1
+    assert result.stderr.splitlines()[-1].endswith(
+        "holds labels alone; extract with --definition paper as well"
+    )
+
+
 def test_a_table_whose_rows_name_the_definition(labels, grids):
     result = run("evaluate", labels, "--definition", "lss", "--predictions", grids)
     assert result.exit_code == 0, result.output

@@ -113,6 +113,12 @@ def test_the_papers_labels_can_be_scored_too(shards, stored, tmp_path):
     assert found.frames == found.frames_there == 8
 
 
+def test_labels_without_a_map_are_of_the_same_definition(shards, stored, tmp_path):
+    tokens, arrays = stored("SURROUND", "labels/cvt/", "vehicle")
+    path = write(tmp_path / "grids.npz", tokens, arrays, json.dumps(PRESETS["cvt"].to_dict()))
+    assert values(score_predictions(shards, "cvt", [path]))["grids.npz", "vehicle"] == 1.0
+
+
 def changed(definition, **fields):
     return json.dumps(replace(definition, **fields).to_dict())
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from pyquaternion import Quaternion
 
+from ogmkit.errors import TableError
 from ogmkit.frames import KeyFrame
 from ogmkit.geometry.se3 import heading_rad, inverse, pose_matrix
 from ogmkit.labels.plane import intrinsic_yaw_rad, plane_of
@@ -82,5 +83,5 @@ def test_the_level_frame_of_the_image(key_frame, key_frames, fixture_root):
 
 @pytest.mark.parametrize("frame", ["camera", "image-level"])
 def test_a_cameras_frame_needs_a_camera(key_frame, frame):
-    with pytest.raises(ValueError, match="has no camera"):
+    with pytest.raises(TableError, match="has no frame of the front camera; leave it out"):
         plane_of(frame, key_frame)

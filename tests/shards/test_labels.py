@@ -2,18 +2,22 @@
 
 import json
 import shutil
+from dataclasses import replace
 
 import h5py
 import numpy as np
 import pytest
 
-from ogmkit.errors import SettingsError, ShardError
+from ogmkit.errors import SettingsError, ShardError, TableError
+from ogmkit.frames import SceneRecord
 from ogmkit.labels.catalogue import PRESETS, paper
+from ogmkit.labels.definition import without_map
 from ogmkit.labels.make import labels_of
 from ogmkit.nuscenes.dataset import Dataset
 from ogmkit.nuscenes.expansion import open_expansion
 from ogmkit.pipeline.amendment import chosen_cameras
 from ogmkit.shards.contents import labels_in
+from ogmkit.shards.labels_rows import sample_tokens
 from ogmkit.shards.manifest import read_manifest
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.settings import ExtractSettings
@@ -214,3 +218,12 @@ def test_settings_of_definitions():
     for names, said in (((), "none: name at least one"), (("lss", "lss"), "each once"), (("ls",), "unknown")):
         with pytest.raises(SettingsError, match=said):
             ExtractSettings(definitions=names)
+
+
+def test_a_sample_without_a_front_camera_has_no_row_before_it(key_frames):
+    frames = (replace(key_frames[0], camera=None), *key_frames[1:])
+    scene = SceneRecord("scene-0001", "here", {}, key_frames=frames)
+    assert sample_tokens(scene, PRESETS["lss"]) == tuple(frame.sample_token for frame in frames)
+    assert sample_tokens(scene, PRESETS["pon"]) == tuple(frame.sample_token for frame in frames[1:])
+    with pytest.raises(TableError, match="has no frame of the front camera"):
+        labels_of(frames[0], without_map(PRESETS["pon"]))
