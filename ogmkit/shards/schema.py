@@ -217,7 +217,7 @@ FOOTPRINTS = AddedKind(
         Attribute(
             "homography",
             str,
-            "source of the homography, or each mask's; where not warped, of the ground under the drivable area",
+            "source of the homography, or each mask's; where not warped, of the ground under drivable area",
         ),
         Attribute("method", str, "`warp`, `project` or `full-body`"),
         Attribute("scale", float, "image size / mask size"),
