@@ -1,5 +1,6 @@
 """Shards of the benchmark on real images: the dataset's own, and synthetic ones to begin with."""
 
+import functools
 import hashlib
 import json
 from dataclasses import replace
@@ -56,6 +57,7 @@ def real_plans(folder, data, scenes):
     return out
 
 
+@functools.cache
 def synthetic_shards(folder, scenes):
     """Shards of a flat synthetic world, one log a scene."""
     world = folder / f"world-{scenes}"
@@ -66,6 +68,7 @@ def synthetic_shards(folder, scenes):
     return _with_masks(out, 1)
 
 
+@functools.cache
 def synthetic_plans(folder, scenes):
     """Shards for planners of a synthetic world of incidents, whose images are small and not kept."""
     world = folder / f"plan-world-{scenes}"

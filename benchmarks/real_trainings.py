@@ -57,6 +57,7 @@ class Trainer:
         self.runs = folder / "runs" / key_of(asdict(sizes))
         self.sizes = sizes
         self.weights = weights
+        self._finished = set()
 
     def real(self, system, start, seed, shards, splits):
         """A run on the training scenes."""
@@ -69,8 +70,10 @@ class Trainer:
         """The run on a synthetic world that `start` begins with."""
         shards = synthetic_shards(self.folder, self.sizes.world_scenes)
         run = self.runs / "synthetic" / f"{system}-{start}"
-        options = ["--encoder-weights", self.weights] if start == "both" else []
-        self._train(run, SYSTEMS[system], shards, None, 0, self.sizes.world_steps, options)
+        if run not in self._finished:
+            options = ["--encoder-weights", self.weights] if start == "both" else []
+            self._train(run, SYSTEMS[system], shards, None, 0, self.sizes.world_steps, options)
+            self._finished.add(run)
         return run
 
     def planner(self, name, seed):

@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ogmkit.evaluation.settings import EvaluateSettings
+from ogmkit.labels.names import NAMES, PAPER
 
 from .command import Command
+from .evaluate_written import ROWS, label_table, written
 from .logs import note
 from .options import cameras_option, shards_split_file_option, workers_option
-from .paths import EXISTING, EXISTING_FOLDER, FOLDER
+from .paths import EXISTING, EXISTING_FILE, EXISTING_FOLDER, FOLDER
 from .progress import progress
 from .record_options import record_options
 
@@ -24,8 +26,6 @@ if TYPE_CHECKING:
     from ogmkit.evaluation.result import Evaluation
     from ogmkit.learn.predict.run import Run
 
-ROWS = ("csv", "json")
-"""Formats that hold a row a figure: of one stage only, since the two have other keys."""
 FORMATS = ("text", "markdown", *ROWS, "latex")
 PICTURE_FRAMES = 4
 """Frames that a picture of a run shows."""
@@ -53,7 +53,7 @@ class _Call:
 
     def write(self, evaluation: Evaluation | PlanEvaluation) -> None:
         """Write a table to stdout."""
-        click.echo(_written(evaluation, self.form, self.all_tables), nl=False)
+        click.echo(written(evaluation, self.form, self.all_tables), nl=False)
 
     def name(self, pictures: Iterable[Path]) -> None:
         """Name the pictures on stderr, as they are drawn."""
@@ -88,6 +88,20 @@ class _Call:
     metavar="DIR",
     help="Folder for a PNG of each RUN: images, predictions and truth.",
 )
+@click.option(
+    "--definition",
+    type=click.Choice(NAMES),
+    default=PAPER,
+    show_default=True,
+    help="Labels that --predictions are scored by; RUNs are scored by the default.",
+)
+@click.option(
+    "--predictions",
+    type=EXISTING_FILE,
+    multiple=True,
+    help="Grids of another network, HDF5 or npz: sample_token (N), and (N, rows, columns) for each class; "
+    "repeat the option for several rows.",
+)
 @workers_option
 def command(
     shards: Path,
@@ -98,6 +112,8 @@ def command(
     all_tables: bool,
     form: str,
     pictures: Path | None,
+    definition: str,
+    predictions: tuple[Path, ...],
     workers: int,
 ) -> None:
     """Score trained networks by the paper's tables.
@@ -137,9 +153,16 @@ def command(
     cubic              polynomial in time through the last two positions, the present one, the destination
     linear             least squares from past and destination, fitted to the split train
     ego-status         least squares from the past alone, in tables of plans that aren't told the point at 3 s
+
+    With --predictions: the IoU of each class of one --definition (docs/definitions.md), over the cells that
+    count by it, on the samples that the first file has, or all of --split. A file may say in `definition` (an
+    attribute; npz: an array), by name or record, which labels its grids follow; another one is refused.
     """  # noqa: D301  # Click wants the character
     if pictures is not None and not runs:
         raise click.UsageError("--pictures needs a RUN.")
+    if predictions or definition != PAPER:
+        label_table(shards, runs, definition, predictions, (settings, split_file, cameras), form)
+        return
     from ogmkit.evaluation.scope import reported_scenes
 
     reported_scenes(shards, settings.split, split_file)  # before torch, which takes its time
@@ -216,17 +239,3 @@ def _plans(call: _Call, runs: list[Run]) -> None:
         from ogmkit.pictures.planning_sheet import draw_plans
 
         call.name(draw_plans(call.shards, evaluation, call.pictures))
-
-
-def _written(evaluation: Evaluation | PlanEvaluation, form: str, all_tables: bool) -> str:
-    """The evaluation in a format."""
-    from ogmkit.evaluation import formats
-
-    if form in ROWS:
-        return {"csv": formats.as_csv, "json": formats.as_json}[form](evaluation)
-    if form == "text":
-        from .evaluate_text import report_text
-
-        return report_text(formats.report_of(evaluation, all_tables))
-    writers = {"markdown": formats.as_markdown, "latex": formats.as_latex}
-    return writers[form](evaluation, all_tables)

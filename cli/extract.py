@@ -43,7 +43,7 @@ _NAMED = 3
     cls=Command,
     examples=(
         "ogmkit extract dataroot shards --workers 8",
-        "ogmkit extract dataroot shards --scenes 'scene-00*' --camera CAM_FRONT,CAM_BACK --lidar",
+        "ogmkit extract dataroot labels --definition lss,cvt --scenes 'scene-00*'",
     ),
 )
 @dataroot_argument
@@ -79,7 +79,8 @@ def command(
     """Turn a dataset into training targets, one HDF5 shard a scene.
 
     Each scene of DATAROOT becomes OUT/<scene>.h5 with rasters, boxes, trajectories, calibration and images;
-    OUT/manifest.json lists them. To resume after an interruption, run the same command again.
+    OUT/manifest.json lists them. --definition stores labels as other repositories draw them, to the cell. To
+    resume after an interruption, run the same command again.
     Scenes that fail are named at the end, with exit code 1; scenes that are left out are named too, with exit
     code 0 unless none is left.
     """
@@ -147,16 +148,10 @@ def _group_lines(state: str, groups: Sequence[FailureGroup]) -> Iterator[str]:
         yield one_line(f"{listed(group.scenes, _NAMED)} {state}: {group.reason}{others}")
 
 
-def _summary_lines(summary: ExtractSummary, settings: ExtractSettings) -> Iterator[tuple[str, str]]:
+def _paper_lines(summary: ExtractSummary, settings: ExtractSettings) -> Iterator[tuple[str, str]]:
+    """Of the paper's labels."""
     from ogmkit.pipeline.extract_summary import oddities
 
-    minutes, seconds = divmod(summary.seconds, 60)
-    yield "scenes", f"{summary.scenes} ({summary.kept} were there)"
-    if settings.only_complete or summary.left_out:
-        yield "scenes left out", f"{len(summary.left_out)}"
-    yield "frames", f"{summary.frames}"
-    if settings.skip_bad_frames or summary.frames_left_out:
-        yield "frames left out", f"{summary.frames_left_out}"
     yield "valid trajectories", f"{summary.valid_trajectories}"
     if not settings.targets.no_map:
         yield "drivable cells", f"{summary.drivable_share:.2%}"
@@ -165,6 +160,20 @@ def _summary_lines(summary: ExtractSummary, settings: ExtractSettings) -> Iterat
         yield "note", one_line(line)
     typical, shortest, longest = summary.step_s
     yield "step", f"{typical:.3f} s ({shortest:.3f} to {longest:.3f} s)" if summary.frames else "none"
+
+
+def _summary_lines(summary: ExtractSummary, settings: ExtractSettings) -> Iterator[tuple[str, str]]:
+    minutes, seconds = divmod(summary.seconds, 60)
+    yield "scenes", f"{summary.scenes} ({summary.kept} were there)"
+    if settings.only_complete or summary.left_out:
+        yield "scenes left out", f"{len(summary.left_out)}"
+    yield "frames", f"{summary.frames}"
+    if settings.skip_bad_frames or summary.frames_left_out:
+        yield "frames left out", f"{summary.frames_left_out}"
+    if settings.labels:
+        yield "labels", ", ".join(settings.definitions)
+    if settings.paper:
+        yield from _paper_lines(summary, settings)
     yield "time", f"{minutes:.0f} min {seconds:.1f} s"
     yield "size", f"{summary.bytes / 1e6:.1f} MB"
     yield "failed", f"{len(summary.failures)}"

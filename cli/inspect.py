@@ -42,6 +42,7 @@ def command(path: Path, version: str | None, as_json: bool) -> None:
     shards      version, dataroot, settings, shards, invalid (camera, of, reason, frames: how many),
                 left_out (camera, reason, frames: how many)
     shard       scene, location, version, grid, no_map, cameras (camera, frames, datasets),
+                labels (place, definition, version, samples, arrays),
                 invalid (scene, camera, of, reason, frames: their numbers from 0),
                 left_out (camera, reason, frames: how many)
     run         system, settings, scenes, checkpoints, figures (epoch, step, name, value)
@@ -102,6 +103,7 @@ def _shards(folder: Path, version: str | None) -> dict[str, Any]:
 
 def _shard(path: Path, version: str | None) -> dict[str, Any]:
     del version
+    from ogmkit.shards.contents import labels_in
     from ogmkit.shards.faults import H5_ERRORS, damaged
     from ogmkit.shards.invalid import invalid_frames
     from ogmkit.shards.left_out import count_left_out
@@ -116,6 +118,7 @@ def _shard(path: Path, version: str | None) -> dict[str, Any]:
                 "grid": asdict(shard.grid),
                 "no_map": shard.settings.targets.no_map,
                 "cameras": [_camera(shard, camera) for camera in shard.cameras],
+                "labels": [asdict(one) for one in labels_in(shard)],
                 "invalid": [asdict(found) for found in invalid_frames(shard)],
                 "left_out": [asdict(count) for count in count_left_out(shard)],
             }

@@ -65,6 +65,7 @@ def _shard(held: _Held) -> Iterator[str]:
         ]
         yield text_table(("dataset", "shape", "type", "holds"), rows)
     yield ""
+    yield from _labels(held)
     yield from _left_out(held)
     if not held["invalid"]:
         yield "invalid frames: none"
@@ -74,6 +75,17 @@ def _shard(held: _Held) -> Iterator[str]:
         for one in held["invalid"]
     ]
     yield text_table(("camera", "invalid", "frames", "reason", "which, from 0"), found)
+
+
+def _labels(held: _Held) -> Iterator[str]:
+    """Labels by name, where there are any."""
+    if held["labels"]:
+        rows = [
+            (f"{one['definition']} v{one['version']}", one["place"], one["samples"], ", ".join(one["arrays"]))
+            for one in held["labels"]
+        ]
+        yield text_table(("labels", "below", "samples", "arrays"), rows)
+        yield ""
 
 
 def _bare(no_map: bool) -> str:

@@ -27,6 +27,7 @@ COMMANDS = {
     "splits": "Show how near splits lie to each other, or make some that lie apart.",
     "inspect": "Show what a dataset, shards, a training or a checkpoint holds.",
     "extract": "Turn a dataset into training targets, one HDF5 shard a scene.",
+    "compare-labels": "Compare the labels of several repositories with each other and with exact ones.",
     "verify": "Check shards against their schema, checksums and each other.",
     "homography-fit": "Fit camera-to-BEV homographies to every frame.",
     "render-footprints": "Render drivable area and vehicles as camera-view masks.",

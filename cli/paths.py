@@ -27,6 +27,8 @@ class UserPath(click.Path):
         ctx: click.Context | None,
     ) -> str | bytes | os.PathLike[str]:
         """Expand and check."""
+        if not os.fspath(value):
+            self.fail("the path is empty.", param, ctx)
         return super().convert(os.path.expanduser(value), param, ctx)
 
 

@@ -121,6 +121,31 @@ class FrameRecord:
         return result
 
 
+@dataclass(frozen=True, eq=False)
+class KeyFrame:
+    """One sample at the time of its LiDAR sweep: what labels round the vehicle are made from.
+
+    Attributes:
+        dataroot: the dataset's root folder.
+        location: the map's name, such as `boston-seaport`.
+        sample_token: the sample's token.
+        global_from_ego: (4, 4) float64, the ego pose of the sweep.
+        ego_from_lidar: (4, 4) float64, mounting of the LiDAR.
+        lidar_path: the sweep's file, relative to the root; it may be absent.
+        boxes: all annotations of the sample, in the table's order.
+        camera: the front camera's frame of the sample; None where none is asked for.
+    """
+
+    dataroot: Path
+    location: str
+    sample_token: str
+    global_from_ego: FloatArray
+    ego_from_lidar: FloatArray
+    lidar_path: str
+    boxes: Boxes
+    camera: FrameRecord | None = None
+
+
 @dataclass(frozen=True)
 class LeftOutFrame:
     """A frame that isn't among its camera's, since a file that it needs is absent or bad.
@@ -146,6 +171,7 @@ class SceneRecord:
         cameras: channel name → that camera's frames.
         left_out: channel name → frames that are not among them, in temporal order; no entry where none is.
         log: token of the drive that the scene is cut from; empty where it is not known.
+        key_frames: its samples, in temporal order; none where only the paper's labels are wanted.
     """
 
     name: str
@@ -153,6 +179,7 @@ class SceneRecord:
     cameras: dict[str, tuple[FrameRecord, ...]]
     left_out: dict[str, tuple[LeftOutFrame, ...]] = field(default_factory=dict)
     log: str = ""
+    key_frames: tuple[KeyFrame, ...] = ()
 
 
 def neighbours(

@@ -51,6 +51,15 @@ def partial_dataroot():
 
 
 @pytest.fixture(scope="session")
+def peer_labels():
+    """Labels that the field's repositories gave on those two scenes and on `fixtures/`."""
+    root = DATA / "peer-labels"
+    if not root.is_dir():
+        pytest.skip(f"labels of the field's repositories are absent: {root}")
+    return root
+
+
+@pytest.fixture(scope="session")
 def tiny_dataroot(shared_folder):
     """A synthetic dataset of two scenes of eight key frames, two small cameras; tests only read it."""
     from ogmkit.synthetic.build import synthesize

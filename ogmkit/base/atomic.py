@@ -34,8 +34,10 @@ def replacing(path: Path) -> Iterator[Path]:
     left in the folder is removed as well.
 
     Raises:
-        OutputError: the system refuses to write.
+        OutputError: the system refuses to write, or a device or a pipe has the name.
     """
+    if not path.name or (path.exists() and not (path.is_file() or path.is_dir())):
+        raise OutputError(f"{path}: is not a regular file that could be replaced; choose another name")
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     with output_errors(path):
         _remove_left(path.parent)

@@ -11,7 +11,8 @@ from ogmkit.footprints.settings import FootprintSettings
 from ogmkit.footprints.warp import warp_to_bev
 from ogmkit.geometry.camera import image_from_resized
 from ogmkit.grid import GridSpec
-from ogmkit.metrics.iou import DRIVABLE, code_of, masks_of, thresholded
+from ogmkit.homography.sources import sources_of
+from ogmkit.metrics.iou import DRIVABLE, VEHICLES, code_of, masks_of, thresholded
 from ogmkit.pipeline.footprint_masks import Renderer, renderer
 from ogmkit.shards.faults import REMEDY
 from ogmkit.shards.reader import Shard
@@ -119,20 +120,29 @@ class Ceilings:
         return code_of(made.drivable, made.vehicles)
 
 
-def on_grid(frame: Frame, masks: UInt8Array, source: str) -> UInt8Array:
-    """Lay a code of masks in camera view on the grid by a stored homography.
+def on_grid(frame: Frame, masks: UInt8Array, homography: str) -> UInt8Array:
+    """Lay a code of masks in camera view on the grid by stored homographies.
 
     Args:
         frame: the frame.
         masks: (height, width) code, of the image at any scale.
-        source: the homography's name.
+        homography: its source's name, or one for the drivable area and one for the vehicles.
 
     Returns:
-        (rows, columns) code; 0 where the homography is invalid.
+        (rows, columns) code; 0 where a homography is invalid.
 
     Raises:
         ShardError: a homography that is called valid has no inverse.
     """
+    by_drivable, by_vehicles = sources_of(homography)
+    if by_drivable == by_vehicles:
+        return _warped(frame, masks, homography)
+    drivable = _warped(frame, masks & np.uint8(DRIVABLE), by_drivable)
+    return drivable | _warped(frame, masks & np.uint8(VEHICLES), by_vehicles)
+
+
+def _warped(frame: Frame, masks: UInt8Array, source: str) -> UInt8Array:
+    """(rows, columns) of masks by one source; 0 where it is invalid."""
     place = f"homography/{source}"
     if not frame.shard.dataset(frame.camera, f"{place}/valid")[frame.index]:
         return np.zeros_like(frame.truth)

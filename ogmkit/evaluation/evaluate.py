@@ -12,7 +12,7 @@ from ogmkit.evaluation.near import near_training
 from ogmkit.evaluation.progress import Progress, spread, ticker
 from ogmkit.evaluation.result import Evaluation
 from ogmkit.evaluation.runs import OpenRun
-from ogmkit.evaluation.scope import Scope, scope_of
+from ogmkit.evaluation.scope import Scope, each_source, scope_of
 from ogmkit.evaluation.scoring import Scored, Scorer
 from ogmkit.evaluation.seen import seen_by
 from ogmkit.evaluation.settings import EvaluateSettings
@@ -124,7 +124,7 @@ def _notes(scope: Scope) -> list[str]:
     notes += [
         f"{count} of {len(scope.index)} frames have no valid {source} homography: predicted empty there"
         for source, count in scope.invalid.items()
-        if count and (source in scope.sources or source == scope.homography)
+        if count and source in (*scope.sources, *each_source(scope.homography))
     ]
     if not scope.invalid:
         notes.append("no ceilings: the shards have no homographies")

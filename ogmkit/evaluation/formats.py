@@ -1,4 +1,4 @@
-"""An evaluation, of grids or of plans, as CSV, JSON, Markdown or LaTeX."""
+"""An evaluation, of grids, plans or other networks' grids, as CSV, JSON, Markdown or LaTeX."""
 
 import csv
 import io
@@ -8,12 +8,17 @@ from collections.abc import Iterable, Iterator
 from dataclasses import asdict, fields
 from typing import Any
 
+from ogmkit.evaluation.label_report import label_report
+from ogmkit.evaluation.label_result import LabelEvaluation, LabelFigure
 from ogmkit.evaluation.planning.report import plan_report
 from ogmkit.evaluation.planning.result import PlanEvaluation, PlanFigure
 from ogmkit.evaluation.report import iou_report
 from ogmkit.evaluation.result import Evaluation, Figure
 from ogmkit.evaluation.tables import Report, Table
 
+Tabled = Evaluation | PlanEvaluation | LabelEvaluation
+
+_FIGURES = {Evaluation: Figure, PlanEvaluation: PlanFigure, LabelEvaluation: LabelFigure}
 _SEEN = ("chosen_on_reported", "learnt_from_reported")
 """What records say of a row besides its figures."""
 _LATEX = {
@@ -33,21 +38,22 @@ _LATEX = {
 }
 
 
-def report_of(evaluation: Evaluation | PlanEvaluation, all_tables: bool = True) -> Report:
+def report_of(evaluation: Tabled, all_tables: bool = True) -> Report:
     """An evaluation's tables, or the headline alone, and what stands around them."""
     if isinstance(evaluation, Evaluation):
         return iou_report(evaluation, all_tables)
+    if isinstance(evaluation, LabelEvaluation):
+        return label_report(evaluation)
     return plan_report(evaluation, all_tables)
 
 
-def as_csv(evaluation: Evaluation | PlanEvaluation) -> str:
+def as_csv(evaluation: Tabled) -> str:
     """A line of keys, then a line for every figure, whatever tables show; what is undefined is left empty.
 
     Text that a spreadsheet would take for a formula has an apostrophe before it.
     """
     text = io.StringIO()
-    kind = Figure if isinstance(evaluation, Evaluation) else PlanFigure
-    keys = [*(field.name for field in fields(kind)), *_SEEN]
+    keys = [*(field.name for field in fields(_FIGURES[type(evaluation)])), *_seen(evaluation)]
     writer = csv.DictWriter(text, keys, lineterminator="\n")
     writer.writeheader()
     writer.writerows(
@@ -57,13 +63,13 @@ def as_csv(evaluation: Evaluation | PlanEvaluation) -> str:
     return text.getvalue()
 
 
-def as_json(evaluation: Evaluation | PlanEvaluation) -> str:
+def as_json(evaluation: Tabled) -> str:
     """A flat list of objects, one for every figure, whatever tables show; what is undefined is null."""
     lines = ",\n".join(json.dumps(record, allow_nan=False) for record in _records(evaluation))
     return f"[\n{lines}\n]\n"
 
 
-def as_markdown(evaluation: Evaluation | PlanEvaluation, all_tables: bool = True) -> str:
+def as_markdown(evaluation: Tabled, all_tables: bool = True) -> str:
     """All tables, or the headline alone, between heading and explanations."""
     report = report_of(evaluation, all_tables)
     parts = [f"**Evaluation** — {_plain(report.heading)}"]
@@ -74,7 +80,7 @@ def as_markdown(evaluation: Evaluation | PlanEvaluation, all_tables: bool = True
     return "\n\n".join(parts) + "\n"
 
 
-def as_latex(evaluation: Evaluation | PlanEvaluation, all_tables: bool = True) -> str:
+def as_latex(evaluation: Tabled, all_tables: bool = True) -> str:
     """The same tables for the package booktabs."""
     report = report_of(evaluation, all_tables)
     parts = ["% needs \\usepackage{booktabs}", f"% {report.heading}"]
@@ -83,16 +89,21 @@ def as_latex(evaluation: Evaluation | PlanEvaluation, all_tables: bool = True) -
     return "\n".join(" ".join(part.splitlines()) if part.startswith("%") else part for part in parts) + "\n"
 
 
-def _records(evaluation: Evaluation | PlanEvaluation) -> Iterator[dict[str, Any]]:
+def _records(evaluation: Tabled) -> Iterator[dict[str, Any]]:
     """A record of every figure, and whether its row has seen the scenes."""
-    rows = {key: getattr(evaluation, key) for key in _SEEN}
-    named = () if isinstance(evaluation, Evaluation) else evaluation.named
+    rows = {key: getattr(evaluation, key) for key in _seen(evaluation)}
+    named = evaluation.named if isinstance(evaluation, PlanEvaluation) else ()
     for figure in (*evaluation.figures, *named):
         values = asdict(figure) | {key: figure.system in names for key, names in rows.items()}
         yield {
             key: None if isinstance(value, float) and math.isnan(value) else value
             for key, value in values.items()
         }
+
+
+def _seen(evaluation: Tabled) -> tuple[str, ...]:
+    """Keys of what is said of rows; grids of other networks say nothing of what those have seen."""
+    return () if isinstance(evaluation, LabelEvaluation) else _SEEN
 
 
 def _safe(text: str) -> str:

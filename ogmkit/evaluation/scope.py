@@ -11,6 +11,7 @@ from ogmkit.errors import SettingsError
 from ogmkit.evaluation.frames import Place
 from ogmkit.evaluation.result import definition_of
 from ogmkit.grid import GridSpec
+from ogmkit.homography.sources import sources_of
 from ogmkit.samples.index import FrameIndex, index_frames
 from ogmkit.samples.requirements import require_drivable
 from ogmkit.samples.spec import SampleSpec
@@ -38,7 +39,8 @@ class Scope:
         training: frames of the scenes to learn from; None where there is none.
         sources: homographies to be compared.
         invalid: homography that all shards of the split have, sorted → frames without a valid one.
-        homography: the source that masks are warped by; None where there is no preferred one.
+        homography: the source that masks are warped by, or one for each mask; None where there is no
+            preferred one.
         definition: of the labels.
     """
 
@@ -109,7 +111,8 @@ def scope_of(
         split: the split's name; None for what `divide_scenes` leaves to report.
         split_file: a JSON file of split → scene names instead of the manifest's splits.
         cameras: channels; none means all.
-        homography: the source that masks are warped by; None takes the first of `PREFERRED` there is.
+        homography: the source that masks are warped by, or one for the drivable area and one for the
+            vehicles; None takes the first of `PREFERRED` there is.
         sources: homographies to be compared; None means all that all shards of the split have.
         limit: frames of each split at most, evenly spread.
 
@@ -126,9 +129,8 @@ def scope_of(
     if reported.training:
         training = index_frames(shards, reported.training, cameras, needs=SampleSpec(), limit=limit)
     invalid = invalid_homographies(index)
-    for source in (homography, *(sources or ())):
-        if source is not None:
-            require_homography(shards, reported.split, invalid, source)
+    for source in (*each_source(homography), *(sources or ())):
+        require_homography(shards, reported.split, invalid, source)
     chosen = homography or next((source for source in PREFERRED if source in invalid), None)
     compared = tuple(invalid if sources is None else sources)
     return Scope(
@@ -170,6 +172,11 @@ def reported_scenes(shards: Path, split: str | None, split_file: Path | None) ->
     note = division.note if splits[chosen] == division.test else ""
     definition = definition_of(manifest.settings.targets)
     return Reported(chosen, splits[chosen], division.train, note, definition)
+
+
+def each_source(homography: str | None) -> tuple[str, ...]:
+    """The sources that masks are warped by, each once; none without a homography."""
+    return () if homography is None else tuple(dict.fromkeys(sources_of(homography)))
 
 
 def require_homography(shards: Path, split: str, known: Collection[str], source: str) -> None:

@@ -25,7 +25,8 @@ class EvaluateSettings:
     )
     homography: str | None = setting(
         None,
-        "Homographies that masks in camera view are warped by.",
+        "Homographies that masks in camera view are warped by; of grids also one for the drivable area and "
+        "one for the vehicles, such as surface+plane.",
         form="SOURCE",
         unset="network where the shards have it, else surface; of a planner, what it was trained with",
     )

@@ -16,8 +16,10 @@ from ogmkit.base.atomic import replacing
 from ogmkit.base.steps import STEP_S
 from ogmkit.errors import CheckpointError, OgmkitError, SettingsError
 from ogmkit.grid import GridSpec
+from ogmkit.learn.adaptation import Adaptation
 from ogmkit.learn.catalogue import settings_from_dict
 from ogmkit.learn.checksums import add_checksum, require_checksum
+from ogmkit.learn.models.weights import are_weights
 from ogmkit.learn.settings import TrainSettings
 from ogmkit.learn.systems.base import System
 from ogmkit.learn.systems.registry import build_system
@@ -40,25 +42,6 @@ _FOREIGN = (
 """What torch raises on files that others made."""
 
 AGAIN = "train again, or choose another checkpoint"
-
-
-@dataclass(frozen=True)
-class Adaptation:
-    """Where the statistics of a checkpoint's batch normalisation come from, if not from its training.
-
-    Attributes:
-        run: what was adapted, as it was named.
-        sha256: checksum of its checkpoint, hexadecimal.
-        source: the folder of shards or images.
-        scenes: of shards, names of the scenes.
-        images: how many.
-    """
-
-    run: str
-    sha256: str
-    source: str
-    scenes: tuple[str, ...]
-    images: int
 
 
 @dataclass(frozen=True)
@@ -99,7 +82,7 @@ class Card:
         }
         if self.adapted is None:
             return values
-        return values | {"adapted": dataclasses.asdict(self.adapted) | {"scenes": [*self.adapted.scenes]}}
+        return values | {"adapted": self.adapted.to_dict()}
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> Self:
@@ -117,17 +100,8 @@ class Card:
             epoch=int(values["epoch"]),
             batches=int(values["batches"]),
             package_version=str(values["package_version"]),
-            adapted=_adaptation(values.get("adapted")),
+            adapted=Adaptation.from_dict(values["adapted"]) if "adapted" in values else None,
         )
-
-
-def _adaptation(values: Mapping[str, Any] | None) -> Adaptation | None:
-    """What a card says of it; None where it says nothing."""
-    if values is None:
-        return None
-    texts = {name: str(values[name]) for name in ("run", "sha256", "source")}
-    scenes = tuple(str(scene) for scene in values["scenes"])
-    return Adaptation(**texts, scenes=scenes, images=int(values["images"]))
 
 
 class AtomicCheckpointIO(TorchCheckpointIO):
@@ -218,7 +192,7 @@ def read_checkpoint(path: Path, *, mapped: bool = False) -> tuple[Card, dict[str
             f"{path}: is damaged, or holds more than weights and plain values; nothing of it was run; {AGAIN}"
         ) from error
     values = content.get(KEY) if isinstance(content, dict) else None
-    if not isinstance(values, dict) or not isinstance(content.get("state_dict"), dict):
+    if not isinstance(values, dict) or not are_weights(content.get("state_dict")):
         raise CheckpointError(f"{path}: not a checkpoint of ogmkit; {AGAIN}")
     if values.get("format_version") != FORMAT_VERSION:
         found = values.get("format_version")

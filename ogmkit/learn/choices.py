@@ -9,6 +9,7 @@ from ogmkit.errors import SettingsError
 from ogmkit.homography.sources import SURFACE, preferred_source
 from ogmkit.learn.perception_settings import MaskTraining
 from ogmkit.learn.settings import TrainSettings
+from ogmkit.pipeline.amendment import chosen_cameras
 from ogmkit.shards import schema
 from ogmkit.shards.listed import listed_shard
 from ogmkit.shards.manifest import Manifest
@@ -21,11 +22,7 @@ def completed(settings: TrainSettings, shards: Path, manifest: Manifest) -> Trai
         SettingsError: a camera is not in the shards.
         ShardError: a shard can't be read.
     """
-    known = tuple(sorted(manifest.settings.cameras))
-    for camera in settings.cameras:
-        if camera not in known:
-            raise SettingsError(f"{shards}: {unknown('camera', camera, known)}")
-    cameras = tuple(dict.fromkeys(settings.cameras)) or known
+    cameras = chosen_cameras(shards, manifest, settings.cameras)
     full = dataclasses.replace(settings, cameras=cameras)
     if isinstance(full, MaskTraining) and full.masks is None:
         masks = preferred(shards, manifest, cameras[0], schema.FOOTPRINTS.name)

@@ -117,6 +117,11 @@ class TrainSettings:
         "Precision of the arithmetic; auto is bf16-mixed where the device computes with it, else 32-true.",
         "Run",
     )
+    cache_samples: bool = setting(
+        False,
+        "Keep decoded, resized images and masks in a file in RUN until the training ends.",
+        "Run",
+    )
     checkpoint_every: int = setting(
         500, "Number of steps between checkpoints: the most that a kill can cost.", "Run", low=1
     )
@@ -162,7 +167,7 @@ class TrainSettings:
     @property
     def resumable(self) -> frozenset[str]:
         """Names of settings that may change when a training resumes: they say how and how long, not what."""
-        how = frozenset({"workers", "checkpoint_every"})
+        how = frozenset({"workers", "cache_samples", "checkpoint_every"})
         return how | {"epochs", "max_steps"} if self.schedule == "constant" else how
 
     def for_prediction(self) -> Self:

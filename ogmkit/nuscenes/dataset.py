@@ -7,20 +7,26 @@ from types import TracebackType
 from ogmkit.base.names import unknown
 from ogmkit.base.steps import STEP_S
 from ogmkit.errors import SettingsError, TableError
-from ogmkit.frames import SceneRecord
+from ogmkit.frames import KeyFrame, SceneRecord
 from ogmkit.nuscenes import splits as split_lists
-from ogmkit.nuscenes.found import with_found
 from ogmkit.nuscenes.overview import SceneOverview, key_files, scene_overviews
 from ogmkit.nuscenes.paths import one_line
 from ogmkit.nuscenes.places import ScenePlaces, read_places
-from ogmkit.nuscenes.records import SceneKey, frame_records, lidar_records, read_boxes, read_images
-from ogmkit.nuscenes.rules import CONCERNS, Rule, find_violations
+from ogmkit.nuscenes.records import (
+    SceneKey,
+    frame_records,
+    key_frames,
+    lidar_records,
+    read_boxes,
+    read_images,
+)
+from ogmkit.nuscenes.rules import Rule, find_violations
 from ogmkit.nuscenes.schema import EDGE_TABLES
+from ogmkit.nuscenes.soundness import REMEDY, require_sound
 from ogmkit.nuscenes.tables import Tables
 from ogmkit.nuscenes.uses import prepare
 from ogmkit.nuscenes.versions import find_version
 
-_REMEDY = "extract the metadata archive again, or leave the scene out"
 _NAME = "coalesce(name, token)"
 _DISPENSABLE = ("map", "visibility")
 """Tables that records can do without: of maps where none is asked for; without the other, it is unknown."""
@@ -151,18 +157,13 @@ class Dataset:
             SettingsError: the scene, a camera or the LiDAR is unknown.
             TableError: a record that these frames use breaks a rule.
         """
-        found = self._tables.rows(f"SELECT token FROM scene WHERE {_NAME} = ?", [name])
-        if not found:
-            raise SettingsError(f"{self.root}: {unknown('scene', name, self.scene_names())}")
+        token = self._token(name)
         for camera in cameras:
             if camera not in self.channels():
                 raise SettingsError(f"{self.root}: {unknown('camera', camera, self.channels())}")
         if lidar is not None and lidar not in self._channels("lidar"):
             problem = unknown("LiDAR channel", lidar, self._channels("lidar"))
             raise SettingsError(f"{self.root}: {problem}; choose one with --lidar-channel")
-        token = found[0][0]
-        if token is None:
-            raise TableError(f"{self._tables.path('scene')}: scene {one_line(name)} has no token; {_REMEDY}")
         channels = tuple(cameras) if lidar is None else (*cameras, lidar)
         self._require_sound(token, name, channels, maps=maps)
         key = self._scene_key(token, name, maps=maps)
@@ -175,6 +176,42 @@ class Dataset:
             for camera in cameras
         }
         return SceneRecord(name=name, location=key.location, cameras=frames, log=key.log)
+
+    def key_frames(self, name: str, *, lidar: str, camera: str | None = None) -> tuple[KeyFrame, ...]:
+        """One scene's samples at the time of their sweeps, in temporal order; no file is looked for.
+
+        Args:
+            name: the scene's.
+            lidar: the channel whose poses they get, such as `LIDAR_TOP`.
+            camera: the channel whose frame each gets too; None for none.
+
+        Raises:
+            SettingsError: the scene, the camera or the LiDAR is unknown.
+            TableError: a record that these samples use breaks a rule.
+        """
+        token = self._token(name)
+        for kind, channel in (("lidar", lidar), ("camera", camera)):
+            if channel is not None and channel not in self._channels(kind):
+                raise SettingsError(f"{self.root}: {unknown(kind, channel, self._channels(kind))}")
+        self._require_sound(token, name, (lidar,) if camera is None else (lidar, camera), maps=False)
+        key = self._scene_key(token, name, maps=False)
+        boxes = read_boxes(self._tables, token)
+        frames = (
+            ()
+            if camera is None
+            else frame_records(key, camera, read_images(self._tables, token, camera), boxes, {}, STEP_S)
+        )
+        by_sample = {frame.sample_token: frame for frame in frames}
+        return key_frames(key, read_images(self._tables, token, lidar), boxes, by_sample)
+
+    def _token(self, name: str) -> str:
+        found = self._tables.rows(f"SELECT token FROM scene WHERE {_NAME} = ?", [name])
+        if not found:
+            raise SettingsError(f"{self.root}: {unknown('scene', name, self.scene_names())}")
+        token: str | None = found[0][0]
+        if token is None:
+            raise TableError(f"{self._tables.path('scene')}: scene {one_line(name)} has no token; {REMEDY}")
+        return token
 
     def _channels(self, modality: str) -> tuple[str, ...]:
         return self._names(
@@ -207,26 +244,7 @@ class Dataset:
             raise TableError(f"{unread}, or extract with --no-map", kind="table is missing or unreadable")
         if not self._rules:
             self._rules = {rule.id: rule for rule in find_violations(self._tables)}
-        broken = self._tables.rows(
-            "SELECT rule, source, record, detail FROM violation "
-            f"WHERE scene = $scene AND {CONCERNS} ORDER BY rowid LIMIT 1",
-            {"scene": token, "channels": list(channels), "maps": maps},
-        )
-        for rule, source, record, detail in broken:
-            shown = one_line(f"{record}: {with_found(self._tables, rule, source, record, detail)}")
-            raise TableError(
-                f"{self._tables.path(source)}: record {shown} "
-                f"[{rule}, {one_line(name)}]; {self._rules[rule].remedy}",
-                kind=f"{rule}: {self._rules[rule].title}",
-            )
-        recorded = self._names("SELECT DISTINCT channel FROM key_frame WHERE scene = ?", token)
-        for channel in channels:
-            if channel not in recorded:
-                raise TableError(
-                    f"{self._tables.path('sample_data')}: {name} has no key frame of {channel}; "
-                    f"there are: {', '.join(sorted(recorded)) or 'none'}; {_REMEDY}",
-                    kind=f"no key frame of {channel}",
-                )
+        require_sound(self._tables, self._rules, (token, name), channels, maps=maps)
 
     def _names(self, sql: str, *parameters: str) -> tuple[str, ...]:
         return tuple(row[0] for row in self._tables.rows(sql, parameters))

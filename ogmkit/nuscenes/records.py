@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ogmkit.frames import Boxes, FrameRecord, LidarRecord, neighbours
+from ogmkit.frames import Boxes, FrameRecord, KeyFrame, LidarRecord, neighbours
 from ogmkit.geometry.se3 import pose_matrix
 from ogmkit.nuscenes.tables import Tables, stacked
 from ogmkit.nuscenes.visibility import BY_TOKEN
@@ -138,6 +138,33 @@ def frame_records(
             lidar=lidar.get(sample_token),
         )
         for i, sample_token in enumerate(rows["sample_token"])
+    )
+
+
+def key_frames(
+    key: SceneKey, sweeps: Columns, boxes: Mapping[str, Boxes], cameras: Mapping[str, FrameRecord]
+) -> tuple[KeyFrame, ...]:
+    """A scene's samples.
+
+    Args:
+        key: the scene.
+        sweeps: what `read_images` gave for the LiDAR.
+        boxes: by sample token.
+        cameras: frames of the front camera by sample token; empty where none are wanted.
+    """
+    global_from_ego, ego_from_lidar = _poses(sweeps)
+    return tuple(
+        KeyFrame(
+            dataroot=key.dataroot,
+            location=key.location,
+            sample_token=token,
+            global_from_ego=global_from_ego[i],
+            ego_from_lidar=ego_from_lidar[i],
+            lidar_path=sweeps["filename"][i],
+            boxes=boxes.get(token, no_boxes()),
+            camera=cameras.get(token),
+        )
+        for i, token in enumerate(sweeps["sample_token"])
     )
 
 

@@ -13,6 +13,7 @@ from ogmkit.pictures.settings import PreviewSettings, View
 from ogmkit.pictures.sheet import Heading, draw_sheet
 from ogmkit.pictures.subjects import PLANE_SIZE, SUBJECTS
 from ogmkit.pictures.views import evenly, read_view
+from ogmkit.pipeline.amendment import chosen_cameras
 from ogmkit.shards.faults import REMEDY, damaged
 from ogmkit.shards.listed import listed_shard
 from ogmkit.shards.manifest import Manifest, ShardEntry, read_manifest
@@ -135,10 +136,10 @@ def _chosen(
     """Shards and cameras asked for, in the manifest's order."""
     known_scenes = tuple(entry.scene for entry in manifest.shards)
     chosen_scenes = matching("scene", scenes, known_scenes, out)
-    chosen_cameras = matching("camera", cameras, manifest.settings.cameras, out)
+    known_cameras = chosen_cameras(out, manifest, ())
     return tuple(
         (entry, camera)
         for entry in manifest.shards
         if entry.scene in chosen_scenes
-        for camera in chosen_cameras
+        for camera in matching("camera", cameras, known_cameras, out)
     )

@@ -8,6 +8,7 @@ from typing import Any, Protocol, TypeVar
 from ogmkit.base.differences import differences
 from ogmkit.base.names import unknown
 from ogmkit.errors import OutputError, SettingsError, ShardError
+from ogmkit.labels.names import PAPER
 from ogmkit.shards.additions import added_values
 from ogmkit.shards.faults import AGAIN, REMEDY
 from ogmkit.shards.fields import AddedKind
@@ -63,9 +64,11 @@ def chosen_cameras(out: Path, manifest: Manifest, cameras: Sequence[str]) -> tup
     """The cameras that a command works on; all of the folder's where none is named.
 
     Raises:
-        SettingsError: the shards have no such camera.
+        SettingsError: the shards have no such camera, or no camera's frames at all.
     """
     known = tuple(sorted(manifest.settings.cameras))
+    if not known:
+        raise SettingsError(f"{out}: holds labels alone; extract with --definition {PAPER} as well")
     for camera in cameras:
         if camera not in known:
             raise SettingsError(f"{out}: {unknown('camera', camera, known)}")

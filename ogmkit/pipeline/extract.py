@@ -72,8 +72,8 @@ def extract(
         parallel = execution.executor is None and execution.workers > 1
         ahead = MapsAhead(cache_dir) if parallel and not settings.targets.no_map else None
         tasks = _tasks(dataset, request, contents.checksums, cache_dir, ahead)
-        cameras = ", ".join(settings.cameras)
-        tell(Found(f"{with_number(len(request.scenes), 'scene')} with {cameras}; {execution.place}"))
+        what = ", ".join((*settings.cameras, *(f"labels by {one.name}" for one in settings.labels)))
+        tell(Found(f"{with_number(len(request.scenes), 'scene')} with {what}; {execution.place}"))
         with closing(run_over(make_shard, tasks, execution)) as done:
             for outcome in done:
                 if strict and outcome.state == "failed" and isinstance(outcome.result, OgmkitError):

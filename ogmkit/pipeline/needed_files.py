@@ -39,8 +39,8 @@ def needed_files(
     """All files that the scenes need, in the order of the tables; each is looked at, none is opened."""
     targets = settings.targets
     cameras = () if targets.images == "none" else settings.cameras
-    lidars = () if targets.lidar_source is None else (targets.lidar_source,)
-    named = dataset.key_files((*cameras, *lidars), maps=not targets.no_map)
+    lidars = () if targets.lidar_source is None or not settings.paper else (targets.lidar_source,)
+    named = dataset.key_files((*cameras, *lidars), maps=settings.paper and not targets.no_map)
     chosen = set(scenes)
     return tuple(
         NeededFile(scene, channel, name, _bytes(dataset.root, name))

@@ -22,7 +22,7 @@ class ScenePlan:
     Attributes:
         scene: the scene's name.
         action: `keep` its shard, `write` one, `replace` the existing one, leave the scene out, or `fail`.
-        frames: over all cameras; 0 where the scene gives no shard.
+        frames: over all cameras, or of labels alone its samples; 0 where the scene gives no shard.
         error: why it gives none; files are looked for, but not read.
     """
 
@@ -70,4 +70,4 @@ def _plan_scene(dataset: Dataset, request: Request, name: str) -> ScenePlan:
 
 
 def _frames(scene: SceneRecord) -> int:
-    return sum(map(len, scene.cameras.values()))
+    return sum(map(len, scene.cameras.values())) or len(scene.key_frames)

@@ -86,6 +86,7 @@ def _write(task: Task, scene: SceneRecord) -> Outcome:
         MaskStore(task.cache_dir),
         dataset_version=request.dataset_version,
         compression=settings.compression,
+        definitions=settings.definitions,
     )
     return Outcome(task.name, summarise(path), "written")
 

@@ -1,6 +1,7 @@
 """Which scenes a run is about, and whether the dataset has what was asked for."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from ogmkit.base.names import matching, unknown
@@ -9,6 +10,7 @@ from ogmkit.frames import SceneRecord
 from ogmkit.nuscenes.categories import require_known
 from ogmkit.nuscenes.dataset import Dataset
 from ogmkit.pipeline.sources import SceneSource
+from ogmkit.shards.schema_labels import SURROUND
 from ogmkit.shards.settings import ExtractSettings
 
 
@@ -44,13 +46,17 @@ def read_scene(dataset: SceneSource, name: str, settings: ExtractSettings) -> Sc
         SettingsError, TableError: as the dataset's `scene`.
     """
     targets = settings.targets
-    return dataset.scene(
+    scene = dataset.scene(
         name,
         settings.cameras,
-        lidar=targets.lidar_source,
+        lidar=targets.lidar_source if settings.paper else None,
         step_s=targets.step_s,
-        maps=not targets.no_map,
+        maps=settings.paper and not targets.no_map,
     )
+    if not settings.labels:
+        return scene
+    ahead = next((one.place for one in settings.labels if one.place != SURROUND), None)
+    return replace(scene, key_frames=dataset.key_frames(name, lidar=targets.lidar_channel, camera=ahead))
 
 
 def require_known_names(dataset: SceneSource, settings: ExtractSettings, scenes: Sequence[str]) -> None:
@@ -61,7 +67,8 @@ def require_known_names(dataset: SceneSource, settings: ExtractSettings, scenes:
     """
     _require("scene", scenes, dataset.scene_names(), dataset.root)
     _require("camera", settings.cameras, dataset.channels(), dataset.root)
-    require_known(settings.targets.categories, dataset.categories(), dataset.root)
+    if settings.paper:
+        require_known(settings.targets.categories, dataset.categories(), dataset.root)
 
 
 def _require(kind: str, names: Iterable[str], known: Sequence[str], root: Path) -> None:

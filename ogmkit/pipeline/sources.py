@@ -9,7 +9,7 @@ from typing import Protocol
 from ogmkit.base.names import unknown
 from ogmkit.base.steps import STEP_S
 from ogmkit.errors import SettingsError
-from ogmkit.frames import FrameRecord, SceneRecord
+from ogmkit.frames import FrameRecord, KeyFrame, SceneRecord
 from ogmkit.nuscenes.paths import UNSAFE_NAME
 
 
@@ -43,6 +43,9 @@ class SceneSource(Protocol):
         maps: bool = True,
     ) -> SceneRecord:
         """One scene's frames by camera, in temporal order."""
+
+    def key_frames(self, name: str, *, lidar: str, camera: str | None = None) -> tuple[KeyFrame, ...]:
+        """One scene's samples, in temporal order, for labels by name."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,6 +107,20 @@ class RecordDataset:
             if scene.name == name:
                 return SceneRecord(name, scene.location, self._chosen(scene, cameras), log=scene.log)
         raise SettingsError(f"{self.root}: {unknown('scene', name, self.scene_names())}")
+
+    def key_frames(self, name: str, *, lidar: str, camera: str | None = None) -> tuple[KeyFrame, ...]:
+        """Those of the scene's record.
+
+        Raises:
+            SettingsError: the scene is unknown, or its record has none.
+        """
+        del lidar, camera
+        found = next((scene for scene in self.scenes if scene.name == name), None)
+        if found is None or not found.key_frames:
+            raise SettingsError(
+                f"{self.root}: scene {name}: its record has no key frames to make labels from"
+            )
+        return found.key_frames
 
     def _chosen(self, scene: SceneRecord, cameras: Sequence[str]) -> dict[str, tuple[FrameRecord, ...]]:
         for camera in cameras:

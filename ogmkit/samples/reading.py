@@ -60,26 +60,41 @@ class Rows:
         return slice(self.rows[0], self.rows[-1] + 1, distances.pop())
 
 
-def read_sample(frames: Rows, spec: SampleSpec, image_root: Path | None) -> SampleArrays:
+Pixels = dict[str, UInt8Array]
+"""`image` (T, h, w, 3) and `masks` (T, 2, h, w), as far as they are wanted."""
+
+
+def read_pixels(frames: Rows, spec: SampleSpec, image_root: Path | None) -> Pixels:
+    """Read images and masks, which take most of a sample's time; arguments and errors as of `read_sample`."""
+    with _damage_named(frames):
+        source_size, size = _sizes(frames, spec)
+        pixels: Pixels = {}
+        if spec.image_size is not None and spec.image:
+            pixels["image"] = _images(frames, image_root, source_size, spec.image_size)
+        if spec.masks is not None:
+            pixels["masks"] = _masks(frames, spec.masks, size)
+        return pixels
+
+
+def read_sample(
+    frames: Rows, spec: SampleSpec, image_root: Path | None, pixels: Pixels | None = None
+) -> SampleArrays:
     """Read what a specification asks for, and no more.
 
     Args:
         frames: of the sample; trajectories are the last one's.
         spec: what to read.
         image_root: where paths of images begin; None where shards hold the images themselves.
+        pixels: what `read_pixels` gives of the frames, where it is there already.
 
     Raises:
         ShardError: the shard is damaged or lacks something.
         DataFileError: an image is absent, damaged or of another size than its record.
     """
     with _damage_named(frames):
-        source_size = frames.column("image_size")
-        size = source_size if spec.image_size is None else np.tile(spec.image_size, (len(source_size), 1))
-        parts: dict[str, Any] = {}
-        if spec.image_size is not None and spec.image:
-            parts["image"] = _images(frames, image_root, source_size, spec.image_size)
-        if spec.masks is not None:
-            parts["masks"] = _masks(frames, spec.masks, size)
+        source_size, size = _sizes(frames, spec)
+        found = read_pixels(frames, spec, image_root) if pixels is None else pixels
+        parts: dict[str, Any] = {**found}
         if spec.bev:
             parts["bev"] = _bev(frames)
             parts["known_columns"] = np.ones(parts["bev"].shape[-1], np.bool_)
@@ -109,6 +124,13 @@ def _damage_named(frames: Rows) -> Iterator[None]:
         yield
     except (OSError, RuntimeError) as error:
         raise damaged(frames.shard.path, error) from error
+
+
+def _sizes(frames: Rows, spec: SampleSpec) -> tuple[IntArray, IntArray]:
+    """(T, 2) heights and widths of the images as they are, and as they are wanted."""
+    source_size = frames.column("image_size")
+    wanted = source_size if spec.image_size is None else np.tile(spec.image_size, (len(source_size), 1))
+    return source_size, wanted
 
 
 def _bev(frames: Rows) -> UInt8Array:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import h5py
 
+from ogmkit.shards.labels_stored import label_groups, stored_record
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.stored import reading
 
@@ -23,6 +24,40 @@ class DatasetSummary:
     shape: tuple[int, ...]
     type: str
     holds: str
+
+
+@dataclass(frozen=True)
+class LabelSummary:
+    """Labels by name.
+
+    Attributes:
+        place: the group that they are below, such as `SURROUND`.
+        definition: their name.
+        version: of the definition.
+        samples: their rows.
+        arrays: names of the datasets, sorted.
+    """
+
+    place: str
+    definition: str
+    version: int
+    samples: int
+    arrays: tuple[str, ...]
+
+
+def labels_in(shard: Shard) -> tuple[LabelSummary, ...]:
+    """All labels by name of a shard.
+
+    Raises:
+        ShardError: a definition's record can't be read.
+    """
+    found = []
+    with reading(shard.path):
+        for place, group in label_groups(shard.h5).items():
+            camera, _, name = place.split("/")
+            version = int(stored_record(shard.path, group).get("version", 0))
+            found.append(LabelSummary(camera, name, version, shard.frames(camera), tuple(sorted(group))))
+    return tuple(found)
 
 
 def datasets_of(shard: Shard, camera: str) -> tuple[DatasetSummary, ...]:

@@ -16,6 +16,7 @@ from ogmkit.shards import schema
 from ogmkit.shards.conformity import departures, mask_sizes, sizes
 from ogmkit.shards.faults import REMEDY
 from ogmkit.shards.fields import LEFT_OUT, Field
+from ogmkit.shards.labels_stored import holds_labels_only, stored_sizes
 from ogmkit.shards.opening import open_h5, refuse_links
 from ogmkit.shards.settings import ExtractSettings
 from ogmkit.shards.stored import Stored, reading
@@ -102,9 +103,16 @@ class Shard:
 
     @property
     def cameras(self) -> tuple[str, ...]:
-        """Channels, sorted."""
+        """Channels, sorted; not those whose groups hold labels alone."""
         with reading(self.path):
-            return tuple(sorted(self.h5))
+            return tuple(sorted(name for name in self.h5 if not holds_labels_only(self.h5[name])))
+
+    @property
+    def rows(self) -> int:
+        """Frames over all cameras; without any, the samples of its labels."""
+        with reading(self.path):
+            groups = self.cameras or sorted(self.h5)[:1]
+        return sum(map(self.frames, groups))
 
     def frames(self, camera: str) -> int:
         """Number of a camera's frames."""
@@ -212,7 +220,7 @@ class Shard:
             )
 
     def _require_sound(self, camera: str, dataset: h5py.Dataset, field: Field) -> None:
-        symbols, parent = self.sizes(camera), dataset.parent
+        symbols, parent = self.sizes(camera) | stored_sizes(self.path, dataset), dataset.parent
         for kind in schema.ADDED:
             if field in kind.fields:
                 symbols |= mask_sizes(kind, parent)

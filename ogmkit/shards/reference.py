@@ -4,6 +4,13 @@ from collections.abc import Iterator, Mapping
 
 from ogmkit.shards import schema
 from ogmkit.shards.fields import AddedKind, Field, Part
+from ogmkit.shards.schema_labels import (
+    LABEL_ATTRIBUTES,
+    LABEL_FIELDS,
+    LABELS,
+    SAMPLE_TOKENS,
+    SURROUND,
+)
 
 _WHEN: Mapping[Part, str] = {
     "core": "",
@@ -15,11 +22,18 @@ _WHEN: Mapping[Part, str] = {
     "optional": " (optional)",
 }
 
+_LABELS = {
+    f"/{SURROUND}": (SAMPLE_TOKENS,),
+    f"/{SURROUND}/{LABELS}/<definition>": LABEL_FIELDS,
+}
+"""Place → datasets of labels by name."""
+
 
 def schema_markdown() -> str:
-    """The schema as Markdown tables: datasets of a camera's group, of groups added to it, then attributes."""
+    """The schema as Markdown tables: a camera's group, groups added to it, labels by name, attributes."""
     tables = [_dataset_lines("`/<CAMERA>/…`", (*schema.FIELDS, *schema.LEFT_OUT_FIELDS))]
     tables += [_dataset_lines(f"`{_place(kind)}/…`", kind.fields) for kind in schema.ADDED]
+    tables += [_dataset_lines(f"`{place}/…`", fields) for place, fields in _LABELS.items()]
     return "\n\n".join("\n".join(lines) for lines in (*tables, _attribute_lines())) + "\n"
 
 
@@ -41,6 +55,7 @@ def _attribute_lines() -> Iterator[str]:
     yield "| --- | --- | --- | --- |"
     owners = [("file", schema.FILE_ATTRIBUTES), ("`/<CAMERA>`", schema.CAMERA_ATTRIBUTES)]
     owners += [(f"`{_place(kind)}`", kind.attributes) for kind in schema.ADDED]
+    owners += [(f"`/{SURROUND}/{LABELS}/<definition>`", LABEL_ATTRIBUTES)]
     for owner, attributes in owners:
         for attribute in attributes:
             name, kind = attribute.name, attribute.kind.__name__

@@ -17,6 +17,7 @@ from ogmkit.shards.fields import (
     Field,
     Part,
 )
+from ogmkit.shards.schema_labels import LABELS, label_field
 
 FORMAT = "ogmkit-shard"
 FORMAT_VERSION = 1
@@ -50,6 +51,7 @@ CAMERA_ATTRIBUTES = (
     Attribute("step_min_s", float, "the shortest such time", "optional"),
     Attribute("step_max_s", float, "the longest such time", "optional"),
     Attribute("frames_left_out", int, "L, frames whose file was absent or bad", "left out"),
+    Attribute("definition", str, "record of the labels' definition, as JSON", "optional"),
 )
 
 DATASET_ATTRIBUTES = ("description", "units", "frame")
@@ -215,8 +217,7 @@ FOOTPRINTS = AddedKind(
         Attribute(
             "homography",
             str,
-            "source of the homography, or each mask's, such as `surface+plane`; where not warped, of the "
-            "ground that drivable area lies on",
+            "source of the homography, or each mask's; where not warped, of the ground under drivable area",
         ),
         Attribute("method", str, "`warp`, `project` or `full-body`"),
         Attribute("scale", float, "image size / mask size"),
@@ -241,7 +242,9 @@ def field_of(name: str) -> Field | None:
         name: such as `boxes/offsets` or `homography/surface/valid`.
     """
     kind, _, rest = name.partition("/")
-    added = next((one for one in ADDED if one.name == kind), None)
-    whole = (*FIELDS, *LEFT_OUT_FIELDS)
-    known, own = (whole, name) if added is None else (added.fields, rest.partition("/")[2])
+    inner = rest.partition("/")[2]
+    if kind == LABELS:
+        return label_field(inner)
+    added = next((one.fields for one in ADDED if one.name == kind), None)
+    known, own = ((*FIELDS, *LEFT_OUT_FIELDS), name) if added is None else (added, inner)
     return next((field for field in known if field.name == own), None)

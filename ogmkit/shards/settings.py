@@ -6,10 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, Self
 
+from ogmkit.base.names import unknown
 from ogmkit.base.stated import require_stated, setting
 from ogmkit.base.steps import GAP_STEPS, STEP_S
 from ogmkit.errors import SettingsError
 from ogmkit.grid import GridSpec
+from ogmkit.labels.catalogue import PRESETS
+from ogmkit.labels.definition import Definition, without_map
+from ogmkit.labels.names import NAMES, PAPER
 from ogmkit.target_settings import TargetSettings
 
 Compression = Literal["gzip", "lzf", "none"]
@@ -31,7 +35,8 @@ class ExtractSettings:
         targets: what targets to make.
 
     Raises:
-        SettingsError: no camera, one named twice, an unknown compression, or two ways to leave things out.
+        SettingsError: no camera or definition, one named twice, an unknown definition or compression, or two
+            ways to leave things out.
     """
 
     targets: TargetSettings = field(default_factory=TargetSettings)
@@ -43,13 +48,40 @@ class ExtractSettings:
     skip_bad_frames: bool = setting(
         False, "Leave out frames whose image (or LiDAR sweep) is absent or damaged; trajectories stay whole."
     )
+    definitions: tuple[str, ...] = setting(
+        (PAPER,),
+        f"Labels to store: {', '.join(NAMES)}; all but the first need no camera file.",
+        form="NAME,…",
+        flag="--definition",
+    )
 
     def __post_init__(self) -> None:
         require_stated(self)
-        if not self.cameras or len(set(self.cameras)) != len(self.cameras):
-            raise SettingsError(f"cameras: {', '.join(self.cameras) or 'none'}: name at least one, each once")
+        if not self.paper:
+            object.__setattr__(self, "cameras", ())  # labels alone follow the samples
+        wanted = {"definitions": self.definitions} | ({"cameras": self.cameras} if self.paper else {})
+        for what, names in wanted.items():
+            if not names or len(set(names)) != len(names):
+                raise SettingsError(f"{what}: {', '.join(names) or 'none'}: name at least one, each once")
+        for name in self.definitions:
+            if name not in NAMES:
+                raise SettingsError(unknown("definition", name, NAMES))
+        for definition in self.labels:
+            if not definition.classes:
+                raise SettingsError(f"definition {definition.name}: has no class without a map; leave it out")
         if self.only_complete and self.skip_bad_frames:
             raise SettingsError("only_complete, skip_bad_frames: leave out whole scenes or frames, not both")
+
+    @property
+    def paper(self) -> bool:
+        """Whether the paper's targets are stored; without them there are no cameras' frames."""
+        return PAPER in self.definitions
+
+    @property
+    def labels(self) -> tuple[Definition, ...]:
+        """The definitions besides the paper's; without maps, without the classes that need one."""
+        chosen = (PRESETS[name] for name in self.definitions if name != PAPER)
+        return tuple(without_map(one) if self.targets.no_map else one for one in chosen)
 
     @property
     def leaves_out(self) -> bool:
@@ -65,7 +97,9 @@ class ExtractSettings:
         for name in _LATER:
             if targets[name] == getattr(TargetSettings(), name):
                 del targets[name]
-        own = {"cameras": sorted(self.cameras), "compression": self.compression}
+        own: dict[str, Any] = {"cameras": sorted(self.cameras), "compression": self.compression}
+        if self.definitions != (PAPER,):
+            own["definitions"] = sorted(self.definitions, key=NAMES.index)
         values: dict[str, Any] = json.loads(json.dumps(targets | own))
         return values
 
@@ -79,10 +113,11 @@ class ExtractSettings:
         try:
             targets = dict(values)
             cameras, compression = tuple(targets.pop("cameras")), targets.pop("compression")
+            definitions = tuple(targets.pop("definitions", (PAPER,)))
             targets["grid"] = GridSpec(**targets["grid"])
             targets["categories"] = tuple(targets["categories"])
             if targets["max_gap_s"] == GAP_STEPS * targets.get("step_s", STEP_S):
                 targets["max_gap_s"] = None
-            return cls(TargetSettings(**targets), cameras, compression)
+            return cls(TargetSettings(**targets), cameras, compression, definitions=definitions)
         except (KeyError, TypeError, ValueError) as error:
             raise SettingsError(f"settings can't be read ({error})") from error

@@ -3,13 +3,15 @@
 from collections.abc import Iterator, Mapping, Sequence
 
 import h5py
-import numpy as np
 
 from ogmkit.shards import fields, schema
-from ogmkit.shards.conformity import departures, mask_sizes, sizes
-from ogmkit.shards.fields import AddedKind, Attribute, Field, Part
+from ogmkit.shards.conformity import mask_sizes, sizes
+from ogmkit.shards.fields import AddedKind, Field, Part
 from ogmkit.shards.reader import Shard
+from ogmkit.shards.schema_labels import LABELS
 from ogmkit.shards.stored import reading
+from ogmkit.shards.structure_labels import label_problems
+from ogmkit.shards.structure_parts import attribute_problems, field_problems
 
 
 def structure_problems(shard: Shard) -> Iterator[str]:
@@ -27,7 +29,8 @@ def structure_problems(shard: Shard) -> Iterator[str]:
 
 def _problems(shard: Shard) -> Iterator[str]:
     targets = shard.settings.targets
-    yield from _attribute_problems(shard.h5, schema.FILE_ATTRIBUTES, fields.parts_of(targets))
+    yield from label_problems(shard)
+    yield from attribute_problems(shard.h5, schema.FILE_ATTRIBUTES, fields.parts_of(targets))
     expected = tuple(sorted(shard.settings.cameras))
     if shard.cameras != expected:
         yield f"cameras are {', '.join(shard.cameras) or 'none'}, by its settings {', '.join(expected)}"
@@ -35,7 +38,7 @@ def _problems(shard: Shard) -> Iterator[str]:
         group = shard.h5[camera]
         if isinstance(group, h5py.Group):
             parts = fields.parts_of(targets, left_out=fields.LEFT_OUT_GROUP in group)
-            yield from _attribute_problems(group, schema.CAMERA_ATTRIBUTES, parts)
+            yield from attribute_problems(group, schema.CAMERA_ATTRIBUTES, parts)
             yield from _camera_problems(shard, group, parts)
         else:
             yield f"/{camera} is not a group"
@@ -45,19 +48,19 @@ def _camera_problems(shard: Shard, group: h5py.Group, parts: frozenset[Part]) ->
     stored = schema.fields(parts)
     symbols = sizes(group, shard.grid)
     for field in stored:
-        yield from _field_problems(group, field, symbols)
+        yield from field_problems(group, field, symbols)
     known = {field.name for field in stored}
     for kind in schema.ADDED:
         for name in shard.added(_channel(group), kind.name):
             added = group[kind.name][name]
             if isinstance(added, h5py.Group):
                 possible = [field for field in kind.fields if field.part in {*parts, "optional"}]
-                yield from _attribute_problems(added, kind.attributes, parts)
+                yield from attribute_problems(added, kind.attributes, parts)
                 yield from _added_problems(kind, added, possible, symbols)
                 known |= {f"{kind.name}/{name}/{field.name}" for field in possible}
     names: list[str] = []
     group.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
-    for name in sorted(set(names) - known):
+    for name in sorted(name for name in set(names) - known if not name.startswith(f"{LABELS}/")):
         yield f"{group.name}/{name} is not in the schema"
 
 
@@ -67,34 +70,8 @@ def _added_problems(
     symbols = {**symbols, **mask_sizes(kind, added)}
     for field in possible:
         if field.part != "optional" or field.name in added:
-            yield from _field_problems(added, field, symbols)
+            yield from field_problems(added, field, symbols)
 
 
 def _channel(group: h5py.Group) -> str:
     return str(group.name).removeprefix("/")
-
-
-def _field_problems(group: h5py.Group, field: Field, symbols: Mapping[str, int]) -> Iterator[str]:
-    name = f"{group.name}/{field.name}"
-    dataset = group.get(field.name)
-    if not isinstance(dataset, h5py.Dataset):
-        yield f"{name} is missing"
-        return
-    yield from (f"{name} {problem}" for problem in departures(dataset, field, symbols))
-    for attribute in schema.DATASET_ATTRIBUTES:
-        found, wanted = dataset.attrs.get(attribute), getattr(field, attribute)
-        if found != wanted:
-            yield f"{name} has {attribute} {found!r}, not {wanted!r}"
-
-
-def _attribute_problems(
-    owner: h5py.File | h5py.Group, attributes: Sequence[Attribute], parts: frozenset[Part]
-) -> Iterator[str]:
-    kinds = {str: str, int: np.integer, float: np.floating}
-    for attribute in attributes:
-        value = owner.attrs.get(attribute.name)
-        if value is None and attribute.part not in parts:
-            continue
-        if not isinstance(value, kinds[attribute.kind]):
-            shown = "missing" if value is None else f"{value!r}, not a {attribute.kind.__name__}"
-            yield f"{owner.name} attribute {attribute.name} is {shown}"

@@ -10,9 +10,11 @@ import numpy as np
 from ogmkit.errors import ShardError, UnreadableShardError
 from ogmkit.frames import FrameRecord, LeftOutFrame, SceneRecord
 from ogmkit.shards.faults import H5_ERRORS
+from ogmkit.shards.labels_rows import sample_tokens
 from ogmkit.shards.left_out import left_out_frames
 from ogmkit.shards.manifest import file_sha256
 from ogmkit.shards.reader import Shard
+from ogmkit.shards.schema_labels import SAMPLE_TOKENS
 from ogmkit.shards.settings import ExtractSettings
 from ogmkit.shards.structure import structure_problems
 
@@ -24,7 +26,7 @@ class ShardSummary:
     Attributes:
         scene: the scene's name.
         location: the map's name.
-        frames: frames over all cameras.
+        frames: frames over all cameras; without any, samples of its labels.
         valid_trajectories: frames with a valid trajectory.
         left_out: frames that are not here since a file was absent or bad.
         drivable_share: share of drivable cells, over all frames; NaN where the shard doesn't know them.
@@ -61,11 +63,10 @@ def summarise(path: Path, *, sha256: str | None = None) -> ShardSummary:
     """
     with Shard(path) as shard:
         cameras = [(shard.frames(camera), shard.attributes(camera)) for camera in shard.cameras]
-        frames = sum(count for count, _ in cameras)
         return ShardSummary(
             scene=shard.scene,
             location=shard.location,
-            frames=frames,
+            frames=shard.rows,
             valid_trajectories=sum(int(attributes["valid_trajectories"]) for _, attributes in cameras),
             left_out=sum(map(shard.left_out, shard.cameras)),
             drivable_share=_share("drivable_share", cameras),
@@ -94,8 +95,10 @@ def _tokens(frames: Sequence[FrameRecord | LeftOutFrame]) -> tuple[str, ...]:
 
 
 def _share(name: str, cameras: Sequence[tuple[int, Mapping[str, Any]]]) -> float:
-    """Over the frames of all cameras; NaN where one doesn't say."""
+    """Over the frames of all cameras; NaN where one doesn't say, or there is none."""
     frames = sum(count for count, _ in cameras)
+    if not cameras:
+        return np.nan
     return sum(count * float(attributes.get(name, np.nan)) for count, attributes in cameras) / frames
 
 
@@ -122,6 +125,10 @@ def is_current(path: Path, scene: SceneRecord, settings: ExtractSettings, datase
                     shard.strings(camera, "sample_data_token") == _tokens(frames)
                     and _tokens(left_out_frames(shard, camera)) == _tokens(scene.left_out.get(camera, ()))
                     for camera, frames in scene.cameras.items()
+                )
+                and all(
+                    shard.strings(one.place, SAMPLE_TOKENS.name) == sample_tokens(scene, one)
+                    for one in settings.labels
                 )
             )
     except UnreadableShardError:

@@ -9,6 +9,7 @@ from ogmkit.base.differences import differences
 from ogmkit.errors import ShardError
 from ogmkit.shards.crosschecks import cross_problems
 from ogmkit.shards.crosschecks_added import added_problems
+from ogmkit.shards.crosschecks_labels import label_contradictions
 from ogmkit.shards.faults import AGAIN, H5_ERRORS, REMEDY, damaged
 from ogmkit.shards.listed import require_unchanged
 from ogmkit.shards.manifest import (
@@ -127,7 +128,7 @@ def _content_problems(shard: Shard, entry: ShardEntry | None, manifest: Manifest
         return  # the rest relies on it
     if shard.path.name != f"{shard.scene}.h5":
         yield f"holds {shard.scene}; rename it back"
-    if entry is not None and entry.frames != sum(map(shard.frames, shard.cameras)):
+    if entry is not None and entry.frames != shard.rows:
         yield f"has not the manifest's {entry.frames} frames; {REMEDY}"
     if manifest is not None:
         there = {"dataset_version": manifest.dataset_version, **manifest.settings.to_dict()}
@@ -135,6 +136,7 @@ def _content_problems(shard: Shard, entry: ShardEntry | None, manifest: Manifest
         yield from (
             f"contradicts the manifest: {different}; {REMEDY}" for different in differences(here, there)
         )
+    yield from label_contradictions(shard)
     for camera in shard.cameras:
         yield from cross_problems(shard, camera)
         yield from added_problems(shard, camera)

@@ -14,10 +14,13 @@ from ogmkit.base.atomic import replacing
 from ogmkit.base.steps import STEPS
 from ogmkit.errors import TableError
 from ogmkit.frames import FrameRecord, LeftOutFrame, SceneRecord
+from ogmkit.labels.catalogue import paper
+from ogmkit.labels.names import PAPER
 from ogmkit.nuscenes.maps import MapMask, MaskStore
 from ogmkit.nuscenes.paths import resolve
 from ogmkit.shards import fields, schema
 from ogmkit.shards.columns import column
+from ogmkit.shards.labels_writer import record_text, write_labels
 from ogmkit.shards.layout import attribute_values, create_dataset, store_dataset
 from ogmkit.shards.settings import Compression, ExtractSettings
 from ogmkit.shards.sink import ShardFile, create
@@ -45,23 +48,25 @@ def write_shard(
     *,
     dataset_version: str,
     compression: Compression = "gzip",
+    definitions: tuple[str, ...] = (PAPER,),
 ) -> None:
     """Write one scene's shard; it appears under its name only when it is whole.
 
     Args:
         path: the shard's file, in an existing folder.
-        scene: its frames; the cameras there are the shard's.
+        scene: its frames; the cameras there are the shard's. Its key frames are needed for labels.
         settings: what targets to make.
         masks: the store of decoded map masks.
         dataset_version: the source's tables, such as `v1.0-mini`.
         compression: of rasters and LiDAR points.
+        definitions: names of the labels to store.
 
     Raises:
         DataFileError: a file of the dataset is absent or damaged.
         TableError: a camera has no frames, or a file name leaves the dataset's root.
         OutputError: the disk is full or refuses otherwise.
     """
-    stored = ExtractSettings(settings, tuple(scene.cameras), compression)
+    stored = ExtractSettings(settings, tuple(scene.cameras), compression, definitions=definitions)
     with replacing(path) as part, create(part) as file:
         with file.writing() as h5:
             h5.attrs.update(_file_attributes(scene, stored, dataset_version))
@@ -69,6 +74,7 @@ def write_shard(
             if not frames:
                 raise TableError(f"scene {scene.name}: has no key frames of {camera}; choose another camera")
             _write_camera(file, camera, (frames, scene.left_out.get(camera, ())), stored, masks)
+        write_labels(file, scene, stored)
 
 
 def _file_attributes(scene: SceneRecord, settings: ExtractSettings, dataset_version: str) -> dict[str, Any]:
@@ -127,6 +133,7 @@ def _write_camera(
                 rows = column(field.name, frames, left_out, tally.trajectories, tally.points)
                 store_dataset(group, field, rows, sizes)
         values = _camera_attributes(camera, frames, tally, grid.rows * grid.columns)
+        values["definition"] = record_text(paper(targets))
         values["frames_left_out"] = len(left_out)
         group.attrs.update(attribute_values(schema.CAMERA_ATTRIBUTES, values, {*parts, "optional"}))
 

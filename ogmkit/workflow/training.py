@@ -12,7 +12,7 @@ from ogmkit.shards.manifest import file_sha256
 from ogmkit.workflow.config import ELSEWHERE, Config, Training
 from ogmkit.workflow.steps import EXTRACT, Call, Made, first_gone, maker_of, rendering, training
 
-_HOW = {"workers", "checkpoint_every", *ELSEWHERE}
+_HOW = {"workers", "cache_samples", "checkpoint_every", *ELSEWHERE}
 """Settings that don't decide what comes out."""
 
 

@@ -1,6 +1,7 @@
 import json
 import os
 import subprocess
+from pathlib import Path
 
 import pytest
 
@@ -47,6 +48,16 @@ def test_a_refused_write_names_the_file_and_the_remedy(tmp_path):
     path = tmp_path / "absent" / "a.json"
     with pytest.raises(OutputError, match=r"a\.json: can't be written: No such file.*run again"):
         write_json(path, {})
+
+
+def test_what_is_no_regular_file_stays(tmp_path):
+    """A rename would put a file in the place of a device; as root, in that of /dev/null."""
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "device").symlink_to("/dev/null")
+    for path in (tmp_path / "pipe", tmp_path / "device", Path()):
+        with pytest.raises(OutputError, match="not a regular file"), replacing(path):
+            pass
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["device", "pipe"]
 
 
 def test_json_is_sorted(tmp_path):

@@ -84,6 +84,12 @@ def test_paths_begin_with_a_tilde_where_no_shell_expands_it(monkeypatch, tmp_pat
     assert CliRunner().invoke(main, ["verify", "~nobody-here/out"]).exit_code == 2
 
 
+def test_an_empty_path_is_a_usage_error(tmp_path):
+    result = CliRunner().invoke(main, ["synthesize", ""])
+    assert result.exit_code == 2
+    assert "the path is empty" in result.stderr
+
+
 @pytest.mark.parametrize(
     ("variable", "value", "arguments", "expected"),
     [

@@ -8,6 +8,7 @@ import pytest
 from click.testing import CliRunner
 from ogmkit_cli.main import COMMANDS, main
 
+from ogmkit.labels.reference import definitions_markdown
 from ogmkit.nuscenes.rule_list import rules_markdown
 from ogmkit.shards.reference import schema_markdown
 from ogmkit.workflow.reference import settings_markdown
@@ -121,6 +122,7 @@ def test_every_page_can_be_reached_from_the_readme():
         ("shards.md", "schema", schema_markdown),
         ("settings.md", "settings", settings_markdown),
         ("data.md", "rules", rules_markdown),
+        ("definitions.md", "definitions", definitions_markdown),
     ],
 )
 def test_generated_tables_are_up_to_date(page, name, made):

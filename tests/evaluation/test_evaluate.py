@@ -315,6 +315,21 @@ def test_the_mean_mask_is_laid_on_the_grid_as_a_run_s_masks_are(eval_shards, fak
     assert mean_mask["drivable", "bev", "close", "all", "foreground_iou"] > 0.3
 
 
+def test_a_homography_for_each_mask_gives_each_ones_figures(eval_shards, fake_runs):
+    run = fake_runs("run", "footprints", masks="surface")  # the mean mask is of the set that it learns
+    pair, surface, calibration = (
+        scored(eval_shards, [run], homography=name, cameras=("CAM_FRONT",), ceilings=[])
+        for name in ("surface+calibration", "surface", "calibration")
+    )
+    for name in ("mean-mask", "ceiling-full-body"):
+        for target, alone in (("drivable", surface), ("vehicles", calibration)):
+            wanted = values(alone, name, target=target, view="bev")
+            np.testing.assert_equal(values(pair, name, target=target, view="bev"), wanted)
+    assert values(surface, "mean-mask", view="bev") != values(calibration, "mean-mask", view="bev")
+    with pytest.raises(SettingsError, match="have homography 'dlt'"):
+        scored(eval_shards, homography="surface+dlt")
+
+
 def test_the_mean_mask_is_of_the_set_that_runs_learn(own_shards, fake_runs):
     for path in own_shards.glob("*.h5"):
         with h5py.File(path, "r+") as h5:

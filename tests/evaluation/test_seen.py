@@ -70,6 +70,18 @@ def test_without_a_test_the_line_and_the_records_say_what_chose_the_checkpoint(e
     assert not any(FLATTERED in note for note in evaluate(eval_shards, (), SETTINGS).notes)
 
 
+def test_normalisation_from_reported_images_is_told(eval_shards, trained):
+    runs = [
+        trained("one", {"train": ["elsewhere"], "adapted": ["scene-0002", "scene-0001"]}),
+        trained("two", {"adapted": ["elsewhere"]}, "ved"),
+    ]
+    notes = evaluate(eval_shards, runs, SETTINGS).notes
+
+    assert "oft has its normalisation from images, without labels, of 1 scene here" in notes
+    assert not any(note.startswith("ved has its normalisation") for note in notes)
+    assert any(note.startswith("whether ved has seen these scenes is not known") for note in notes)
+
+
 def test_without_a_test_but_with_logs_nothing_reported_chose_the_checkpoint(make, trained):
     shards = make(LOGS | {"v": ("val", "4")})
     whole = scope(shards)

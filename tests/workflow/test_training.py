@@ -37,7 +37,7 @@ CHANGED = {
     "freeze": ["perception"],
     "precision": "bf16-mixed",
 }
-HOW = {"workers", "checkpoint_every"}
+HOW = {"workers", "cache_samples", "checkpoint_every"}
 """Settings that don't decide what comes out."""
 
 

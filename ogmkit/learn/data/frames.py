@@ -1,6 +1,7 @@
 """Frame samples: one image with what is known of it, as tensors."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import torch
 from torch import Tensor
@@ -107,6 +108,14 @@ class FrameDataset(Dataset[Sample]):
             "index": torch.tensor(i),
             "mirrored": torch.tensor(arrays.mirrored),
         }
+
+    def keep_pixels(self, path: Path) -> None:
+        """Keep decoded, resized images and masks in a file, which is made, and is the caller's to remove.
+
+        Raises:
+            OutputError: there is no room, or the system refuses to write.
+        """
+        self._reader.keep_pixels(path)
 
     def place(self, i: int) -> tuple[str, str, int]:
         """Scene, camera and frame of a sample."""

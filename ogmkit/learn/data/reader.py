@@ -2,15 +2,17 @@
 
 from collections.abc import Callable
 from dataclasses import fields, replace
+from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 
+from ogmkit.learn.data.pixel_cache import PixelCache
 from ogmkit.learn.data.pool import ShardPool
 from ogmkit.samples.arrays import SampleArrays
 from ogmkit.samples.index import FrameIndex
 from ogmkit.samples.pooling import Counts, shares
-from ogmkit.samples.reading import Rows, read_part_counts, read_sample
+from ogmkit.samples.reading import Rows, read_part_counts, read_pixels, read_sample
 from ogmkit.samples.spec import SampleSpec
 
 MOST_KEPT_BYTES = 1 << 30
@@ -38,6 +40,16 @@ class SampleReader:
         self._pool = ShardPool(index.paths)
         self._kept: dict[object, Any] = {}
         self._bytes = 0
+        self._pixels: PixelCache | None = None
+
+    def keep_pixels(self, path: Path) -> None:
+        """Keep decoded, resized images and masks in a file, which is made.
+
+        Raises:
+            OutputError: as `PixelCache`.
+        """
+        if self._spec.image_size is not None:
+            self._pixels = PixelCache(path, self._index, self._spec)
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_kept": {}, "_bytes": 0}
@@ -53,7 +65,11 @@ class SampleReader:
             ShardError, DataFileError: as `read_sample`.
         """
         if not self._spec.is_small:
-            return read_sample(self.rows(i), self._spec, self._index.image_root)
+            frames, root = self.rows(i), self._index.image_root
+            pixels = None
+            if self._pixels is not None:
+                pixels = self._pixels.read(i, lambda: read_pixels(frames, self._spec, root))
+            return read_sample(frames, self._spec, root, pixels)
         path = self._keep(i, lambda: self._read_path(i), lambda _: _PATH_BYTES)
         parts = self._spec.bev_parts
         if parts is None:

@@ -11,6 +11,7 @@ import torch
 from torch import Tensor, nn
 
 from ogmkit.errors import CheckpointError
+from ogmkit.learn.models.weights import are_weights, require_finite
 
 TIMM = "tu-"
 """What segmentation-models-pytorch puts before the names of timm's encoders."""
@@ -77,8 +78,9 @@ def _read(path: Path, encoder: str) -> dict[str, Tensor]:
             state = torch.load(path, map_location="cpu", weights_only=True)
     except faults as error:
         raise CheckpointError(f"{path}: not a file of weights alone, or is damaged") from error
-    if not isinstance(state, dict):
+    if not are_weights(state):
         raise CheckpointError(f"{path}: holds no state dictionary of encoder {encoder}")
+    require_finite(path, state)
     return dict(state)
 
 

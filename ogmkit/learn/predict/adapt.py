@@ -1,7 +1,6 @@
 """A trained network adapted to images without labels: statistics of its batch normalisation, nothing else."""
 
 import dataclasses
-import shutil
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,12 +9,13 @@ from pathlib import Path
 import torch
 from torch import Tensor
 
-from ogmkit.base.atomic import output_errors, replacing
+from ogmkit.base.atomic import output_errors, replacing, write_json
 from ogmkit.base.names import with_number
 from ogmkit.base.news import Found, tell
 from ogmkit.errors import CheckpointError, OgmkitError, SettingsError
+from ogmkit.learn.adaptation import Adaptation
 from ogmkit.learn.catalogue import CATALOGUE
-from ogmkit.learn.checkpoints import KEY, Adaptation, write_checkpoint
+from ogmkit.learn.checkpoints import KEY, write_checkpoint
 from ogmkit.learn.choices import common_cameras
 from ogmkit.learn.data.frames import FrameDataset
 from ogmkit.learn.data.loader import EpochBatches, loader
@@ -25,7 +25,7 @@ from ogmkit.learn.models.recalibration import batch_norms, recalibrating
 from ogmkit.learn.predict.choice import Choice
 from ogmkit.learn.predict.image_folder import IMAGES, PlainImages, inputs_in
 from ogmkit.learn.predict.run import Run, open_run
-from ogmkit.learn.runs import BEST, CONFIG, SPLITS, require_vacant
+from ogmkit.learn.runs import ADAPTED, BEST, CONFIG, SPLITS, require_vacant, scenes_of
 from ogmkit.learn.yaml_files import as_yaml
 from ogmkit.samples.index import index_frames
 from ogmkit.shards.manifest import NAME, read_manifest
@@ -149,10 +149,10 @@ def _write(run: Run, out: Path, made: Adaptation) -> None:
         out.mkdir(parents=True, exist_ok=True)
     with replacing(out / CONFIG) as part:
         part.write_text(as_yaml(run.card.settings), encoding="utf-8")
-    splits = run.checkpoint.parent / SPLITS
-    if splits.is_file():
-        with replacing(out / SPLITS) as part:
-            shutil.copyfile(splits, part)
+    known = {ADAPTED: made.scenes} if made.scenes else {}
+    scenes = scenes_of(run.checkpoint) | known
+    if scenes:
+        write_json(out / SPLITS, scenes)
     card = dataclasses.replace(run.card, adapted=made)
     weights = {name: value.cpu() for name, value in run.model.state_dict().items()}
     write_checkpoint(out / BEST, {"state_dict": weights, KEY: card.to_dict()})

@@ -1,7 +1,7 @@
 """Frames predicted by a trained run, as arrays that need no torch to be read."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -66,6 +66,13 @@ def predict_frames(
     batches = EpochBatches(len(dataset), batch_size, seed=0, shuffle=False)
     for batch in loader(dataset, batches, workers=workers):
         yield from _frames(run, dataset, batch)
+
+
+def of_both(drivable: FramePrediction, vehicles: FramePrediction) -> FramePrediction:
+    """One frame by two homographies: of the first, the drivable area, of the second, the vehicles."""
+    if drivable.bev is None or vehicles.bev is None:
+        return drivable
+    return replace(drivable, bev=np.stack([drivable.bev[0], vehicles.bev[1]]))
 
 
 def require_fitting(run: Run, index: FrameIndex, spec: SampleSpec) -> None:

@@ -12,6 +12,7 @@ from ogmkit.base.differences import differences
 from ogmkit.base.news import Waiting, tell
 from ogmkit.errors import CheckpointError, SettingsError
 from ogmkit.grid import GridSpec
+from ogmkit.homography.sources import sources_of
 from ogmkit.learn.catalogue import CATALOGUE, Output
 from ogmkit.learn.checkpoints import Card, read_checkpoint, system_of
 from ogmkit.learn.devices import best_device, device_name
@@ -125,21 +126,33 @@ class Run:
 
         Args:
             index: of frames of the run's grid.
-            homography: source that masks in camera view are warped by; None leaves them there.
+            homography: source that masks in camera view are warped by, or one for the drivable area and one
+                for the vehicles, which predicts twice; None leaves them there.
             batch_size: frames at a time.
             workers: processes that read.
 
         Raises:
             OgmkitError: as `predict_frames`.
         """
-        from ogmkit.learn.predict.frames import predict_frames  # noqa: PLC0415  # it needs Run
+        from ogmkit.learn.predict.frames import of_both, predict_frames  # noqa: PLC0415  # they need Run
 
         try:
             tell(Waiting(f"{self.path} on {device_name()}"))
-            spec = self.model.prediction_spec(homography)
-            yield from predict_frames(self, index, spec, batch_size=batch_size, workers=workers)
+            loading: dict[str, int] = {"batch_size": batch_size, "workers": workers}
+            passes = [
+                predict_frames(self, index, self.model.prediction_spec(source), **loading)
+                for source in self._sources(homography)
+            ]
+            for drivable, *vehicles in zip(*passes, strict=True):
+                yield of_both(drivable, vehicles[0]) if vehicles else drivable
         finally:
             self.release()
+
+    def _sources(self, homography: str | None) -> tuple[str | None, ...]:
+        """The sources that a pass each is made with."""
+        if homography is None or self.masks is None:
+            return (homography,)
+        return tuple(dict.fromkeys(sources_of(homography)))
 
     def plans(
         self, index: FrameIndex, homography: str | None, *, batch_size: int, workers: int

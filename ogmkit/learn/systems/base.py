@@ -15,6 +15,7 @@ from torch.nn.modules.batchnorm import _BatchNorm
 from ogmkit.base.names import unknown
 from ogmkit.errors import SettingsError, TrainingError
 from ogmkit.grid import GridSpec
+from ogmkit.learn.data.frames import FrameDataset
 from ogmkit.learn.data.tensors import as_float
 from ogmkit.learn.models.gaussian import Gaussians
 from ogmkit.learn.perception_settings import EncoderTraining
@@ -165,7 +166,7 @@ class System(LightningModule):
         torch.manual_seed(place % 2**63)
         terms = self.losses(self.answer(batch), batch)
         loss = torch.stack(list(terms.values())).sum()
-        self._require_finite(loss, terms, batch)
+        self._require_finite(loss, terms, batch, self.trainer.datamodule.train_set)  # type: ignore[attr-defined]
         values = {f"train/{name}": value.detach() for name, value in terms.items()}
         self.log_dict({**values, "train/loss": loss.detach()}, on_step=True, on_epoch=False)
         return loss
@@ -175,8 +176,9 @@ class System(LightningModule):
         answer = self.answer(batch)
         terms = self.losses(answer, batch)
         values = {f"val/{name}": value for name, value in terms.items()}
-        values["val/loss"] = torch.stack(list(terms.values())).sum()
         data = self.trainer.datamodule  # type: ignore[attr-defined]  # a ShardDataModule
+        values["val/loss"] = torch.stack(list(terms.values())).sum()
+        self._require_finite(values["val/loss"], terms, batch, data.val_set)
         counted = 0 if data.val_batches.repeats(batch_idx) else len(batch["index"])
         # All devices log, whatever counts: they wait for each other. Lightning divides the sum of their
         # counts by how many they are, in whole numbers.
@@ -195,12 +197,13 @@ class System(LightningModule):
         encoder_lr = settings.encoder_lr if isinstance(settings, EncoderTraining) else 1.0
         return optimisation(self, settings, encoder_lr, lambda: self.trainer.estimated_stepping_batches)
 
-    def _require_finite(self, loss: Tensor, terms: Mapping[str, Tensor], batch: Batch) -> None:
+    def _require_finite(
+        self, loss: Tensor, terms: Mapping[str, Tensor], batch: Batch, samples: FrameDataset
+    ) -> None:
         if bool(torch.isfinite(loss.detach())):
             return
         shown = ", ".join(f"{name} {float(value.detach()):g}" for name, value in terms.items())
-        frames = self.trainer.datamodule.train_set  # type: ignore[attr-defined]  # a ShardDataModule
-        names = "; ".join(frames.name(int(index)) for index in batch["index"])
+        names = "; ".join(samples.name(int(index)) for index in batch["index"])
         raise TrainingError(
             f"the loss is not finite at step {self.trainer.global_step + 1} ({shown}), batch of {names}; "
             "lower --lr, or look at these frames; checkpoints of the steps before are kept"

@@ -1,6 +1,7 @@
 """Training a system on shards: from settings to a folder of checkpoints, figures and pictures."""
 
 import logging
+import os
 import time
 import warnings
 from collections.abc import Callable, Iterator
@@ -161,11 +162,25 @@ def _fit(
     watching: list[Callback] = [Metrics(run / METRICS), Samples(run / SAMPLES), Progress(on_progress)]
     trainer = _trainer(settings, run, step, [saving, *watching])
     try:
-        with saving.interrupts.held():
+        with _pixels_kept(data, run) if settings.cache_samples else nullcontext(), saving.interrupts.held():
             trainer.fit(system, datamodule=data, ckpt_path=last if last.exists() else None)
     except Interrupted as interrupted:
         raise KeyboardInterrupt from interrupted
     return saving
+
+
+@contextmanager
+def _pixels_kept(data: ShardDataModule, run: Path) -> Iterator[None]:
+    """Inside, decoded images and masks are kept in two files, by names that mark them as this process's."""
+    sets = {"train": data.train_set, "val": data.val_set}
+    paths = {name: run / f".samples-{name}.{os.getpid()}.part" for name in sets}
+    try:
+        for name, samples in sets.items():
+            samples.keep_pixels(paths[name])
+        yield
+    finally:
+        for path in paths.values():
+            path.unlink(missing_ok=True)
 
 
 def _begin(system: System, data: ShardDataModule) -> None:

@@ -10,6 +10,7 @@ from ogmkit.base.news import Passed, tell
 from ogmkit.errors import CheckpointError, SettingsError
 from ogmkit.grid import GridSpec
 from ogmkit.learn.checkpoints import Card, read_checkpoint
+from ogmkit.learn.models.weights import require_finite
 from ogmkit.learn.perception_settings import FootprintsTraining
 from ogmkit.learn.planner_settings import HolisticTraining
 from ogmkit.learn.runs import checkpoint_file
@@ -62,6 +63,7 @@ def warm_start(system: System) -> None:
     weights = {
         _HERE + name.removeprefix(_THERE): value for name, value in found.items() if name.startswith(_THERE)
     }
+    require_finite(file, weights)
     try:
         unfilled = system.load_state_dict(weights, strict=False)
     except RuntimeError as error:
@@ -74,7 +76,8 @@ def warm_start(system: System) -> None:
 
 def _start_from(system: System, run: Path) -> None:
     """Take what has the same name and shape, and say what that is."""
-    card, content = read_checkpoint(checkpoint_file(run))
+    file = checkpoint_file(run)
+    card, content = read_checkpoint(file)
     own, found = system.state_dict(), content["state_dict"]
     fitting = {name: value for name, value in found.items() if name in own and own[name].shape == value.shape}
     there = card.settings.system
@@ -82,6 +85,7 @@ def _start_from(system: System, run: Path) -> None:
         raise CheckpointError(
             f"{run}: no weight of {there} fits this {system.settings.system}; choose another run"
         )
+    require_finite(file, fitting)
     system.load_state_dict(fitting, strict=False)
     told = [f"{len(fitting)} of {len(own)} tensors from {run} ({there})"]
     told += _named("not there", own.keys() - fitting.keys())

@@ -15,6 +15,8 @@ _MOST_BYTES = 2 << 30
 _CODES = (0, 1, 2)
 _PROGRESS = re.compile(r"(?!ogmkit: )[a-z\d][\w/ -]*: ")
 """How a line of progress begins, as in tests/cli/conftest.py."""
+_DECODER = re.compile(r"Corrupt JPEG data: |Premature end of JPEG file|Invalid SOS parameters ")
+"""Lines that OpenCV's decoder writes itself, beside the command's own."""
 _OURS = re.compile(r"ogmkit: |Error: |Usage: |Try '")
 
 
@@ -77,7 +79,8 @@ def differing(found: Mapping[str, str], sound: Mapping[str, str]) -> list[str]:
 def complaint(ended: Ended) -> str:
     """What a command wrote to stderr, but for progress."""
     lines = ended.stderr.replace("\r", "\n").splitlines()
-    return "\n".join(line for line in lines if line and not _PROGRESS.match(line))
+    own = (line for line in lines if line and not _DECODER.match(line))
+    return "\n".join(line for line in own if not _PROGRESS.match(line))
 
 
 def _named(ended: Ended, names: Iterable[str]) -> bool:
@@ -85,7 +88,7 @@ def _named(ended: Ended, names: Iterable[str]) -> bool:
     if any(not _OURS.match(line) for line in lines):
         return False
     said = lines or ended.stdout.splitlines()
-    wanted = re.compile("|".join(rf"\b{re.escape(name)}\b" for name in names) or "$^")
+    wanted = re.compile("|".join(rf"(?<!\w){re.escape(name)}(?!\w)" for name in names) or "$^")
     return (
         any(wanted.search(line) for line in said)
         if not lines

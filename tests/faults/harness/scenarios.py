@@ -81,6 +81,18 @@ SCENARIOS = {
             "world",
             verified="shards",
         ),
+        _scenario(
+            "extract labels: extract world out --definition lss,fiery,pon --no-map",
+            "world",
+            "world",
+            verified="out",
+        ),
+        _scenario(
+            "compare labels: compare-labels world --definition lss,cvt --no-map --picture labels.png --json",
+            "world",
+            "world",
+            speaks=True,
+        ),
         _scenario("verify: verify shards --json", "shards", "shards", speaks=True),
         _scenario("inspect shards: inspect shards --json", "shards", "shards", speaks=True),
         _scenario("inspect shard: inspect shards/scene-0001.h5 --json", "shards", "shards", speaks=True),

@@ -151,6 +151,14 @@ def test_a_tensor_is_no_state_dictionary(tmp_path):
         ImageEncoder("resnet18", str(tmp_path / "weights.pth"))
 
 
+def test_weights_that_are_no_numbers_are_refused(tmp_path):
+    weights = timm.create_model("test_resnet").state_dict()
+    weights["conv1.0.weight"][0, 0, 0, 0] = float("inf")
+    torch.save(weights, tmp_path / "weights.pth")
+    with pytest.raises(CheckpointError, match=r"weights.pth: conv1.0.weight holds numbers that are not"):
+        ImageEncoder("tu-test_resnet", str(tmp_path / "weights.pth"))
+
+
 def test_unknown_names_come_with_close_ones():
     with pytest.raises(SettingsError, match="did you mean resnet18"):
         ImageEncoder("resnet-18")

@@ -161,6 +161,19 @@ def test_files_hold_what_is_predicted(tmp_path, learn_shards, runs, system):
                 assert stored[name][place] == shard.strings(expected.camera, name)[place]
 
 
+def test_a_homography_for_each_mask_warps_each_by_its_own(learn_shards, runs):
+    run = open_run(runs["footprints"])
+    index = index_frames(learn_shards, ["scene-0001"], CAMERAS, needs=SampleSpec(), limit=3)
+
+    def grids(homography):
+        return np.stack([one.bev for one in run.frames(index, homography, batch_size=2, workers=0)])
+
+    pair, surface, calibration = map(grids, ("surface+calibration", "surface", "calibration"))
+    np.testing.assert_array_equal(pair[:, 0], surface[:, 0])
+    np.testing.assert_array_equal(pair[:, 1], calibration[:, 1])
+    assert (surface != calibration).any()
+
+
 def test_a_file_tells_of_its_origin(tmp_path, learn_shards, runs):
     from_shards("footprints", runs, learn_shards, tmp_path / "out", homography="calibration")
     with h5py.File(tmp_path / "out" / "scene-0001.h5") as h5:

@@ -6,7 +6,8 @@ import torch
 from ogmkit.base.news import Passed, listening
 from ogmkit.errors import CheckpointError, SettingsError
 from ogmkit.learn.catalogue import CATALOGUE
-from ogmkit.learn.checkpoints import read_checkpoint
+from ogmkit.learn.checkpoints import read_checkpoint, write_checkpoint
+from ogmkit.learn.runs import BEST
 from ogmkit.learn.systems.registry import build_system
 from ogmkit.learn.training.train import train
 from ogmkit.shards.manifest import read_manifest
@@ -83,6 +84,25 @@ def test_a_run_of_which_nothing_fits_is_refused(learn_shards, make_run, grid, tm
         train(settings_of("footprints", init=str(planner)), learn_shards, tmp_path / "run")
     with pytest.raises(CheckpointError, match=r"nowhere: not a checkpoint"):
         train(settings_of("footprints", init="nowhere"), learn_shards, tmp_path / "run")
+
+
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        ([1.0, 2.0], r"best.ckpt: not a checkpoint of ogmkit"),
+        (float("nan"), r"best.ckpt: \S+ holds numbers that are not finite"),
+    ],
+)
+def test_weights_that_are_none_are_refused(plan_shards, make_run, tmp_path, value, message):
+    grid = read_manifest(plan_shards).settings.targets.grid
+    run = make_run(tmp_path / "planner", "lstm-ed", grid, ["CAM_FRONT"])
+    _, content = read_checkpoint(run / BEST)
+    name = next(name for name, weight in content["state_dict"].items() if weight.dim() == 2)
+    weight = content["state_dict"][name]
+    content["state_dict"][name] = value if isinstance(value, list) else torch.full_like(weight, value)
+    write_checkpoint(run / BEST, content)
+    with pytest.raises(CheckpointError, match=message):
+        train(CATALOGUE["lstm-ed"].settings(init=str(run)), plan_shards, tmp_path / "run")
 
 
 def test_frozen_parts_stay_and_others_learn(learn_shards, tmp_path):

@@ -1,0 +1,139 @@
+"""Map expansion files, version 1.3: polygons and lines by layer, as they stand there."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ogmkit.base.files import read_text
+from ogmkit.errors import DataFileError
+from ogmkit.typing import FloatArray
+
+_REMEDY = "unpack nuScenes' map expansion v1.3 into maps/expansion, or leave map classes out (--no-map)"
+
+
+@dataclass(frozen=True, eq=False)
+class Area:
+    """One polygon of a map.
+
+    Attributes:
+        outer: (K, 2) float64 x, y in metres, global frame; not closed.
+        holes: the same of each hole.
+    """
+
+    outer: FloatArray
+    holes: tuple[FloatArray, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Expansion:
+    """A location's map expansion.
+
+    Attributes:
+        path: its file.
+        content: what the file holds.
+    """
+
+    path: Path
+    content: Mapping[str, Any]
+
+    @cached_property
+    def _nodes(self) -> dict[str, tuple[float, float]]:
+        return {node["token"]: (node["x"], node["y"]) for node in self.content["node"]}
+
+    @cached_property
+    def _polygons(self) -> dict[str, Mapping[str, Any]]:
+        return {one["token"]: one for one in self.content["polygon"]}
+
+    @cached_property
+    def _areas(self) -> dict[str, tuple[Area, ...]]:
+        """Those that were asked for."""
+        return {}
+
+    @cached_property
+    def _drawn(self) -> dict[str, tuple[FloatArray, ...]]:
+        """Likewise of lines."""
+        return {}
+
+    @cached_property
+    def _lines(self) -> dict[str, Mapping[str, Any]]:
+        return {one["token"]: one for one in self.content["line"]}
+
+    def areas(self, layer: str) -> tuple[Area, ...]:
+        """The polygons of a layer, in the file's order; a drivable area's own in theirs.
+
+        Raises:
+            DataFileError: the file lacks the layer, or a record of it is damaged.
+        """
+        if layer not in self._areas:
+            try:
+                tokens = [token for record in self.content[layer] for token in _polygon_tokens(record)]
+                self._areas[layer] = tuple(self._area(self._polygons[token]) for token in tokens)
+            except (KeyError, TypeError, ValueError) as error:
+                raise self._damaged(layer, error) from error
+        return self._areas[layer]
+
+    def lines(self, layer: str) -> tuple[FloatArray, ...]:
+        """The lines of a layer, (K, 2) float64 each; those of fewer than two points are left out.
+
+        Raises:
+            DataFileError: as `areas`.
+        """
+        if layer not in self._drawn:
+            try:
+                lines = [self._lines[record["line_token"]]["node_tokens"] for record in self.content[layer]]
+                self._drawn[layer] = tuple(self._points(tokens) for tokens in lines if len(tokens) > 1)
+            except (KeyError, TypeError, ValueError) as error:
+                raise self._damaged(layer, error) from error
+        return self._drawn[layer]
+
+    def _area(self, record: Mapping[str, Any]) -> Area:
+        holes = tuple(self._points(hole["node_tokens"]) for hole in record["holes"] if hole["node_tokens"])
+        return Area(self._points(record["exterior_node_tokens"]), holes)
+
+    def _points(self, tokens: list[str]) -> FloatArray:
+        return np.array([self._nodes[token] for token in tokens], dtype=np.float64).reshape(-1, 2)
+
+    def _damaged(self, layer: str, error: Exception) -> DataFileError:
+        return DataFileError(f"{self.path}: layer {layer} is absent or damaged ({error!r}); {_REMEDY}")
+
+
+def _polygon_tokens(record: Mapping[str, Any]) -> list[str]:
+    """A drivable area's record has several."""
+    several: list[str] | None = record.get("polygon_tokens")
+    return [record["polygon_token"]] if several is None else several
+
+
+def open_expansion(dataroot: Path, location: str) -> Expansion:
+    """Read the map expansion of a location, once for many scenes.
+
+    Args:
+        dataroot: the dataset's root.
+        location: the map's name.
+
+    Raises:
+        DataFileError: the file is absent, or no JSON object.
+    """
+    path = dataroot / "maps" / "expansion" / f"{location}.json"
+    try:
+        return _read(path, path.stat().st_mtime_ns)
+    except OSError as error:
+        raise DataFileError(
+            f"{path}: can't be read ({error.strerror}); {_REMEDY}", kind="map expansion is absent"
+        ) from error
+
+
+@lru_cache(maxsize=4)
+def _read(path: Path, state: int) -> Expansion:
+    del state  # part of the key: a file that changed is read again
+    try:
+        content = json.loads(read_text(path))
+    except ValueError as error:
+        raise DataFileError(f"{path}: no sound JSON ({error}); {_REMEDY}") from error
+    if not isinstance(content, dict):
+        raise DataFileError(f"{path}: no JSON object; {_REMEDY}")
+    return Expansion(path, content)
