@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 
-import cv2
 import numpy as np
 
+from ogmkit.labels.fill import paint_outlined, rounded
 from ogmkit.metrics.open_loop.definition import EgoBox, Lattice
 from ogmkit.typing import BoolArray, FloatArray, IntArray, UInt8Array
 
@@ -50,9 +50,8 @@ def paint(faces: FloatArray, lattice: Lattice) -> UInt8Array:
     """
     row, column = _along(faces - (lattice.origin_ahead_m, 0.0), lattice)
     canvas = np.zeros((CELLS, CELLS), np.uint8)
-    places = np.round(np.stack([column, row], axis=-1) / M_PER_CELL + _HALF_M / M_PER_CELL)
-    for ring in np.ascontiguousarray(places, dtype=np.int32):
-        cv2.fillPoly(canvas, [ring], 1)
+    rings = rounded(np.stack([column, row], axis=-1) / M_PER_CELL + _HALF_M / M_PER_CELL)
+    paint_outlined(canvas, [*rings], range(len(rings)), [1] * len(rings))
     return canvas
 
 
