@@ -16,7 +16,7 @@ from ogmkit.samples.reading import Rows, read_part_counts, read_pixels, read_sam
 from ogmkit.samples.spec import SampleSpec
 
 MOST_KEPT_BYTES = 1 << 30
-"""What a process keeps at most for one data set; samples that come later are read anew each time."""
+"""What a process keeps at most for one data set; samples that come later are read again each time."""
 _PATH_BYTES = 2200
 """Of a sample's trajectories, with what Python takes for them; measured: 2.2 kB."""
 

@@ -30,7 +30,7 @@ class Planner(nn.Module):
     coming out (`fit`): a car's places across its way differ by centimetres, along it by tens of metres.
 
     On a linear mean it learns what that leaves over: φ_s then gives the mean's distance from the linear plan,
-    standardised as such. The decoder goes on embedding the whole mean, in the standardisation of places.
+    standardised as such. The decoder still embeds the whole mean, in the standardisation of places.
 
     Args:
         features: numbers a time step; 0 for a planner that sees none.

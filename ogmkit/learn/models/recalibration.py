@@ -1,4 +1,4 @@
-"""Statistics of batch normalisation taken anew, for images of another kind than a network has learnt from."""
+"""Statistics of batch normalisation recomputed, for images of another kind than a network has learnt from."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
