@@ -26,8 +26,8 @@ class Progress(Callback):
         self._on_progress = on_progress
         self._losses: list[float] = []
         self._score = ""
-        self._steps = 0
-        self._timed_from = 0.0
+        self._seconds: list[float] = []
+        self._since = 0.0
 
     def on_train_start(self, trainer: Trainer, pl_module: LightningModule) -> None:
         """Tell that the preparations are over."""
@@ -35,8 +35,9 @@ class Progress(Callback):
             tell(State(f"{_epoch(trainer)}, {trainer.strategy.root_device}"))
 
     def on_train_epoch_start(self, trainer: Trainer, pl_module: LightningModule) -> None:
-        """Forget the losses of the epoch before."""
+        """Forget the losses of the epoch before, and the time of its validation."""
         self._losses.clear()
+        self._since = time.monotonic()
 
     def on_train_batch_end(
         self, trainer: Trainer, pl_module: LightningModule, outputs: object, batch: object, batch_idx: int
@@ -73,14 +74,14 @@ class Progress(Callback):
 
     def _estimate(self, trainer: Trainer) -> None:
         """Tell the time that the training takes, once, after some batches of this run."""
-        self._steps += 1
-        if self._steps == _UNTIMED_STEPS:
-            self._timed_from = time.monotonic()
-        if self._steps != _UNTIMED_STEPS + _TIMED_STEPS or not trainer.is_global_zero:
+        now = time.monotonic()
+        if len(self._seconds) == _UNTIMED_STEPS + _TIMED_STEPS or not trainer.is_global_zero:
             return
-        seconds = (time.monotonic() - self._timed_from) / _TIMED_STEPS * trainer.accumulate_grad_batches
+        self._seconds.append(now - self._since)
+        self._since = now
         steps = int(trainer.estimated_stepping_batches) - trainer.global_step
-        if steps > 0:
+        if len(self._seconds) == _UNTIMED_STEPS + _TIMED_STEPS and steps > 0:
+            seconds = sum(self._seconds[_UNTIMED_STEPS:]) / _TIMED_STEPS * trainer.accumulate_grad_batches
             left = in_words(steps * seconds)
             tell(Found(f"{steps:,} steps of {seconds:.2g} s are left: about {left}, and the validations"))
 
