@@ -6,6 +6,7 @@ import tempfile
 import uuid
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -96,20 +97,13 @@ class Tables:
         Raises:
             TableError: the file is absent, or no JSON array of records.
         """
-        path = self.path(table)
-        require_array(path)
-        try:
+        require_array(self.path(table))
+        with self._reading(table):
             try:
                 self._create(table, strict=table in _NAMING)
             except _UNREADABLE:
                 # One value of a wrong type ends the quick way; the slow one looks at each value's own type.
                 self._create(table, strict=True)
-        except (duckdb.OutOfMemoryException, duckdb.IOException) as error:
-            raise TableError(
-                f"{path}: {_reason(error)}; free memory or space in {tempfile.gettempdir()}"
-            ) from error
-        except _UNREADABLE as error:
-            raise TableError(f"{path}: no sound JSON ({_reason(error)}); {REMEDY}") from error
 
     def load_empty(self, table: str) -> None:
         """Put a table without rows in the place of one that can't be read."""
@@ -140,14 +134,29 @@ class Tables:
     def raw(self, table: str, column: str, token: str) -> list[str | None]:
         """What stands in a column of the records with a token, as JSON text; None where nothing does."""
         source = _read_json({"token": "JSON", column: "JSON"})
-        rows = self.rows(f"SELECT {column} FROM {source} WHERE token ->> '$' = ?", [self._file(table), token])
-        return [value for (value,) in rows]
+        query = f"SELECT {column} FROM {source} WHERE token ->> '$' = ?"
+        with self._reading(table):
+            return [value for (value,) in self.rows(query, [self._file(table), token])]
 
     def objects(self, table: str) -> Iterator[str]:
         """The records of a table as they stand in its file, as JSON text, in order."""
         sql = f"SELECT json FROM read_json_objects(?, format = 'array', {_LARGEST_OBJECT})"
-        for (text,) in self.stream(sql, [self._file(table)]):
-            yield text
+        with self._reading(table):
+            for (text,) in self.stream(sql, [self._file(table)]):
+                yield text
+
+    @contextmanager
+    def _reading(self, table: str) -> Iterator[None]:
+        """Name the file of which DuckDB says that it can't be read, or is no JSON."""
+        path = self.path(table)
+        try:
+            yield
+        except (duckdb.OutOfMemoryException, duckdb.IOException) as error:
+            raise TableError(
+                f"{path}: {_reason(error)}; free memory or space in {tempfile.gettempdir()}"
+            ) from error
+        except _UNREADABLE as error:
+            raise TableError(f"{path}: no sound JSON ({_reason(error)}); {REMEDY}") from error
 
     def _file(self, table: str) -> str:
         return glob.escape(str(self.path(table).resolve()))
