@@ -67,13 +67,7 @@ Pixels = dict[str, UInt8Array]
 def read_pixels(frames: Rows, spec: SampleSpec, image_root: Path | None) -> Pixels:
     """Read images and masks, which take most of a sample's time; arguments and errors as of `read_sample`."""
     with _damage_named(frames):
-        source_size, size = _sizes(frames, spec)
-        pixels: Pixels = {}
-        if spec.image_size is not None and spec.image:
-            pixels["image"] = _images(frames, image_root, source_size, spec.image_size)
-        if spec.masks is not None:
-            pixels["masks"] = _masks(frames, spec.masks, size)
-        return pixels
+        return _pixels(frames, spec, image_root, *_sizes(frames, spec))
 
 
 def read_sample(
@@ -93,7 +87,7 @@ def read_sample(
     """
     with _damage_named(frames):
         source_size, size = _sizes(frames, spec)
-        found = read_pixels(frames, spec, image_root) if pixels is None else pixels
+        found = _pixels(frames, spec, image_root, source_size, size) if pixels is None else pixels
         parts: dict[str, Any] = {**found}
         if spec.bev:
             parts["bev"] = _bev(frames)
@@ -124,6 +118,17 @@ def _damage_named(frames: Rows) -> Iterator[None]:
         yield
     except (OSError, RuntimeError) as error:
         raise damaged(frames.shard.path, error) from error
+
+
+def _pixels(
+    frames: Rows, spec: SampleSpec, image_root: Path | None, source_size: IntArray, size: IntArray
+) -> Pixels:
+    pixels: Pixels = {}
+    if spec.image_size is not None and spec.image:
+        pixels["image"] = _images(frames, image_root, source_size, spec.image_size)
+    if spec.masks is not None:
+        pixels["masks"] = _masks(frames, spec.masks, size)
+    return pixels
 
 
 def _sizes(frames: Rows, spec: SampleSpec) -> tuple[IntArray, IntArray]:

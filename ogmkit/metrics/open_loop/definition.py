@@ -17,7 +17,7 @@ class Obstacles:
     """The boxes that a plan can collide with.
 
     Attributes:
-        categories: beginnings of their categories' names.
+        categories: prefixes of their categories.
         min_visibility: lowest visibility level, 0 to 4; unknown passes.
         min_lidar_points: fewest LiDAR points in a box; unknown passes.
         present_only: whether those count alone that are annotated in the present frame.
