@@ -4,9 +4,9 @@ import json
 
 import pytest
 from click.testing import CliRunner
+from ogmkit_cli.main import main
 
 from ogmkit.nuscenes.splits import read_split_file
-from ogmkit_cli.main import main
 
 
 def run(*arguments):
