@@ -77,6 +77,13 @@ class Attribute:
     description: str
     part: Part = "core"
 
+    def problem(self, value: object) -> str:
+        """What is wrong with a stored value, where None is an absent one; empty if nothing is."""
+        stored = {str: str, int: np.integer, float: np.floating}[self.kind]
+        if isinstance(value, stored):
+            return ""
+        return "missing" if value is None else f"{value!r}, not a {self.kind.__name__}"
+
 
 @dataclass(frozen=True)
 class AddedKind:
