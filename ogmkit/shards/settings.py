@@ -104,6 +104,9 @@ class ExtractSettings:
         for name in _LATER:
             if getattr(self.targets, name) == getattr(TargetSettings(), name):
                 del targets[name]
+        for name in ("layers", "classes"):
+            if name in targets:
+                targets[name] = sorted(targets[name])
         own: dict[str, Any] = {"cameras": sorted(self.cameras), "compression": self.compression}
         if self.definitions != (PAPER,):
             own["definitions"] = sorted(self.definitions, key=NAMES.index)

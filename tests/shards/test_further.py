@@ -2,6 +2,7 @@
 
 import re
 import shutil
+from dataclasses import replace
 
 import h5py
 import numpy as np
@@ -153,7 +154,10 @@ def test_settings_survive_and_stand_in_shards_only_where_they_differ(further_set
     )
     settings = ExtractSettings(TargetSettings(line_width_m=0.3, **further_settings))
     assert ExtractSettings.from_dict(settings.to_dict()) == settings
-    assert settings.to_dict()["layers"] == ["drivable_area", "lane_divider"]
+    turned = replace(
+        settings.targets, layers=settings.targets.layers[::-1], classes=("large=bus+truck", "car")
+    )
+    assert ExtractSettings(turned).to_dict() == settings.to_dict()
 
 
 @pytest.mark.parametrize(
