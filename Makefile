@@ -97,6 +97,7 @@ conformance: $(DEVKIT)/.installed
 
 bench: $(VENV)/.installed $(DEVKIT)/.installed
 	@$(DEVKIT)/bin/python benchmarks/drivable.py
+	@$(DEVKIT)/bin/python benchmarks/layers.py
 	@$(VENV)/bin/python benchmarks/frame.py
 	@$(VENV)/bin/python benchmarks/homographies.py
 	@$(VENV)/bin/python benchmarks/footprints.py

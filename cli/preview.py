@@ -55,6 +55,8 @@ def command(
     stretch     whole bodies and footprints, each warped to the plane: why
                 footprints (needs the set full-body, too)
     masks       image, masks in the camera's view, masks from above
+    layers      images with boxes; map layers and classes; instances with their way
+                to the next frame (needs extract --layers, --classes or --instances)
 
     Writes the files' names to stdout.
     """  # noqa: D301  # Click wants the character

@@ -265,6 +265,27 @@ def sample_shards(shared_folder, make_sample_shards):
     return shared_folder("samples", fill) / "out"
 
 
+FURTHER = {
+    "layers": ("drivable_area", "lane_divider"),
+    "classes": ("car", "large=bus+truck"),
+    "instances": True,
+    "flow": True,
+    "future": 2,
+}
+
+
+@pytest.fixture(scope="session")
+def further_settings():
+    """Settings of targets that ask for something of all that lies beside the paper's."""
+    return FURTHER
+
+
+@pytest.fixture(scope="session")
+def further_shards(shared_folder, make_sample_shards):
+    """The sample shards with that, without homographies and footprints; tests only read them."""
+    return shared_folder("further", lambda folder: make_sample_shards(folder, lidar=True, **FURTHER)) / "out"
+
+
 @pytest.fixture
 def copied_shards(sample_shards, tmp_path):
     """A copy of the sample shards, to be changed."""

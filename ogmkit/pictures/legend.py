@@ -7,7 +7,9 @@ import numpy as np
 from ogmkit.pictures.bev_panel import DOT_RADIUS, EGO_COLOUR, EGO_SHAPE, FUTURE_COLOUR, PAST_COLOUR
 from ogmkit.pictures.camera_panel import BOX_COLOURS, DRIVABLE_TINT, OTHER_COLOUR, VEHICLE_TINT
 from ogmkit.pictures.canvas import MUTED, Canvas, Colour
-from ogmkit.pictures.cells import agreement_colours, target_colours
+from ogmkit.pictures.cells import VEHICLE_COLOUR, agreement_colours, target_colours
+from ogmkit.pictures.further_panel import FUTURE_COLOUR as LATER_COLOUR
+from ogmkit.pictures.further_panel import LAYER_COLOURS
 from ogmkit.typing import UInt8Array
 
 TEXT_SIZE = 22
@@ -115,6 +117,12 @@ def _box_entries() -> Iterator[Entry]:
         yield Canvas(_SIDE, _SIDE, colour).pixels, label
 
 
+def _layer_entries() -> Iterator[Entry]:
+    others = {"vehicle, or its class or instance": VEHICLE_COLOUR, "later": LATER_COLOUR}
+    for label, colour in {**LAYER_COLOURS, **others}.items():
+        yield Canvas(_SIDE, _SIDE, colour).pixels, label.replace("_", " ")
+
+
 def _image_entries() -> Iterator[Entry]:
     for label, tint in {"drivable": DRIVABLE_TINT, "vehicle": VEHICLE_TINT}.items():
         yield _tinted(*tint), label
@@ -141,6 +149,7 @@ PLANE: Group = ("Plane", _cell_entries)
 EGO: Group = ("Ego", _ego_entries)
 BOXES: Group = ("Boxes, front filled", _box_entries)
 IMAGE: Group = ("Image", _image_entries)
+LAYERS: Group = ("Plane", _layer_entries)
 GROUND: Group = ("Plane", _ground_entries)
 VEHICLES: Group = ("Vehicles compared", _vehicle_entries)
 DRIVABLE: Group = ("Drivable area compared", _drivable_entries)

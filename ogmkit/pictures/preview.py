@@ -88,11 +88,18 @@ def draw_shard(
     indices = evenly(settings.frames, count)
     if not indices:
         raise ShardError(f"{shard.path}: camera {camera} has no frame; {REMEDY}")
+    if kind.further and not shard.settings.targets.further:
+        raise ShardError(
+            f"{shard.path}: has nothing beside the paper's targets to draw; extract with --layers, "
+            "--classes, --instances or --future"
+        )
     try:
         sets = open_sets(shard, camera, names) if names else ()
         pasts = [shard.dataset(camera, "trajectory/past")[index] for index in indices] if kind.paths else ()
         plan = plan_for(shard.grid, pasts, PLANE_SIZE)
-        views = (read_view(shard, camera, index, dataroot=dataroot) for index in indices)
+        views = (
+            read_view(shard, camera, index, dataroot=dataroot, further=kind.further) for index in indices
+        )
         tiles = [kind.tile(view, plan, sets) for view in views]
     except OSError as error:
         raise damaged(shard.path, error) from error
@@ -126,7 +133,10 @@ def _require_distinct(settings: PreviewSettings) -> None:
 
 def _ending(subject: str, mask_set: str) -> str:
     """What tells a sheet's file from those of other subjects and sets."""
-    shown = SUBJECTS[subject].sets(mask_set)
+    kind = SUBJECTS[subject]
+    if kind.further:
+        return f"_{subject}"
+    shown = kind.sets(mask_set)
     return f"_{subject}_{shown[-1]}" if shown else ""
 
 

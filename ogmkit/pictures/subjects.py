@@ -13,6 +13,7 @@ from ogmkit.pictures.bev_panel import Plan, draw_paths, draw_plane
 from ogmkit.pictures.camera_panel import draw_camera, draw_masks, draw_photo
 from ogmkit.pictures.canvas import MUTED, PAGE, PANEL, Canvas, resize
 from ogmkit.pictures.cells import agreement_colours, overlap, target_colours
+from ogmkit.pictures.further_panel import draw_instances, draw_map
 from ogmkit.pictures.masks import Masks, MaskSet
 from ogmkit.pictures.sheet import GAP, Panel, draw_tile
 from ogmkit.pictures.views import View
@@ -35,6 +36,7 @@ class Subject:
         paths: whether past and future are shown.
         masks: whether the chosen set of masks is shown.
         bodies: whether whole bodies are shown beside it.
+        further: whether what lies beside the paper's targets is shown.
     """
 
     tile: Callable[[View, Plan, Sequence[MaskSet]], UInt8Array]
@@ -43,6 +45,7 @@ class Subject:
     paths: bool = False
     masks: bool = True
     bodies: bool = False
+    further: bool = False
 
     def sets(self, chosen: str) -> tuple[str, ...]:
         """Names of the sets that `tile` takes; the chosen one stands last."""
@@ -92,6 +95,15 @@ def _draw_stretch(view: View, plan: Plan, sets: Sequence[MaskSet]) -> UInt8Array
     titles = ("", "") if reason else ("bodies", "footprints")  # a reason needs the room
     above = (_stretched(view, plan, *one) for one in zip((bodies, footprints), titles, strict=True))
     return draw_tile([Panel(_stacked(photos), *_when(view)), *above], reason, alarm=True)
+
+
+def _draw_layers(view: View, plan: Plan, sets: Sequence[MaskSet]) -> UInt8Array:
+    """Image with boxes; map layers and classes; instances and what follows, where there are any."""
+    del sets
+    panels = [Panel(draw_camera(view, CAMERA_SIZE).pixels, *_when(view)), Panel(draw_map(view, plan).pixels)]
+    if {"instances/id", "future/vehicles"} & view.further.keys():
+        panels.append(Panel(draw_instances(view, plan).pixels))
+    return draw_tile(panels)
 
 
 def _stacked(pictures: Sequence[UInt8Array]) -> UInt8Array:
@@ -146,6 +158,7 @@ SUBJECTS: Mapping[str, Subject] = MappingProxyType(
         ),
         "stretch": Subject(_draw_stretch, (legend.GROUND, legend.VEHICLES), bodies=True),
         "masks": Subject(_draw_masks, (legend.PLANE,), columns=1),
+        "layers": Subject(_draw_layers, (legend.LAYERS, legend.BOXES), masks=False, further=True),
     }
 )
 """By the names that the command line uses; the default first."""

@@ -8,6 +8,7 @@ from typing import Literal
 from ogmkit.base.files import fault_of, file_status
 from ogmkit.errors import DataFileError, FrameFileError, OgmkitError
 from ogmkit.frames import FrameRecord, LeftOutFrame, SceneRecord
+from ogmkit.nuscenes.expansion import expansion_path
 from ogmkit.nuscenes.mask_faults import is_vector_map
 from ogmkit.nuscenes.paths import resolve
 from ogmkit.raster.lidar import lidar_points_level
@@ -15,12 +16,14 @@ from ogmkit.shards.settings import ExtractSettings
 from ogmkit.target_settings import TargetSettings
 from ogmkit.targets import read_image
 
-What = Literal["image", "LiDAR sweep", "map mask"]
+What = Literal["image", "LiDAR sweep", "map mask", "map expansion"]
+_OF_MAPS = ("map mask", "map expansion")
 
 _INSTEAD = {
     "image": "such scenes (--only-complete), such frames (--skip-bad-frames) or all images (--images none)",
     "LiDAR sweep": "such scenes (--only-complete), such frames (--skip-bad-frames) or --lidar",
     "map mask": "such scenes (--only-complete) or the drivable area (--no-map)",
+    "map expansion": "such scenes (--only-complete) or --layers",
 }
 """What can be left out to go on."""
 
@@ -44,7 +47,7 @@ class Absence:
     @property
     def problem(self) -> str:
         """Which file is absent, and how many like it."""
-        of = "" if self.what == "map mask" else f" of {', '.join(self.cameras)}"
+        of = "" if self.what in _OF_MAPS else f" of {', '.join(self.cameras)}"
         alike = f", one of {self.files:,}{of}" if self.files > 1 else ""
         return f"{self.first}: {self.what} is absent{alike}"
 
@@ -86,7 +89,7 @@ def prepare(scene: SceneRecord, settings: ExtractSettings, *, read: bool = True)
         TableError: a file name leaves the dataset's root.
     """
     absent = absences(scene, settings.targets)
-    if settings.skip_bad_frames and all(one.what != "map mask" for one in absent):
+    if settings.skip_bad_frames and all(one.what not in _OF_MAPS for one in absent):
         return _of_sound_frames(scene, settings.targets, read=read)
     if not absent:
         return scene
@@ -178,7 +181,9 @@ def _frame_files(frame: FrameRecord, targets: TargetSettings) -> Iterator[tuple[
 
 
 def _map_files(frame: FrameRecord, targets: TargetSettings) -> Iterator[tuple[What, Path]]:
-    """Of vector maps nobody wants the file."""
+    """Of vector maps nobody wants the mask's file."""
+    if targets.layers:
+        yield "map expansion", expansion_path(frame.dataroot, frame.location)
     if not targets.no_map and not is_vector_map(Path(frame.map_path)):
         yield "map mask", resolve(frame.dataroot, frame.map_path)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from ogmkit.base.names import matching, unknown
 from ogmkit.errors import SettingsError
 from ogmkit.frames import SceneRecord
-from ogmkit.nuscenes.categories import require_known
+from ogmkit.nuscenes.categories import require_known, require_known_parts
 from ogmkit.nuscenes.dataset import Dataset
 from ogmkit.pipeline.sources import SceneSource
 from ogmkit.shards.schema_labels import SURROUND
@@ -69,6 +69,7 @@ def require_known_names(dataset: SceneSource, settings: ExtractSettings, scenes:
     _require("camera", settings.cameras, dataset.channels(), dataset.root)
     if settings.paper:
         require_known(settings.targets.categories, dataset.categories(), dataset.root)
+        require_known_parts(settings.targets.classes, dataset.categories(), dataset.root)
 
 
 def _require(kind: str, names: Iterable[str], known: Sequence[str], root: Path) -> None:

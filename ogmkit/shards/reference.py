@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 
 from ogmkit.shards import schema
 from ogmkit.shards.fields import AddedKind, Field, Part
+from ogmkit.shards.schema_further import FURTHER_FIELDS
 from ogmkit.shards.schema_labels import (
     LABEL_ATTRIBUTES,
     LABEL_FIELDS,
@@ -19,6 +20,11 @@ _WHEN: Mapping[Part, str] = {
     "image": " (with `--images bytes`)",
     "lidar": " (with `--lidar`)",
     "left out": " (where frames are left out)",
+    "layers": " (with `--layers`)",
+    "classes": " (with `--classes`)",
+    "instances": " (with `--instances`)",
+    "flow": " (with `--instances --flow`)",
+    "future": " (with `--future n`)",
     "optional": " (optional)",
 }
 
@@ -31,7 +37,7 @@ _LABELS = {
 
 def schema_markdown() -> str:
     """The schema as Markdown tables: a camera's group, groups added to it, labels by name, attributes."""
-    tables = [_dataset_lines("`/<CAMERA>/…`", (*schema.FIELDS, *schema.LEFT_OUT_FIELDS))]
+    tables = [_dataset_lines("`/<CAMERA>/…`", (*schema.FIELDS, *FURTHER_FIELDS, *schema.LEFT_OUT_FIELDS))]
     tables += [_dataset_lines(f"`{_place(kind)}/…`", kind.fields) for kind in schema.ADDED]
     tables += [_dataset_lines(f"`{place}/…`", fields) for place, fields in _LABELS.items()]
     return "\n\n".join("\n".join(lines) for lines in (*tables, _attribute_lines())) + "\n"

@@ -17,6 +17,7 @@ from ogmkit.shards.fields import (
     Field,
     Part,
 )
+from ogmkit.shards.schema_further import STORED, named_field
 from ogmkit.shards.schema_labels import LABELS, label_field
 
 FORMAT = "ogmkit-shard"
@@ -56,10 +57,8 @@ CAMERA_ATTRIBUTES = (
 
 DATASET_ATTRIBUTES = ("description", "units", "frame")
 
-_RASTER = (FRAMES, ROWS, COLUMNS)
-_POSE = (FRAMES, 4, 4)
-_PATH = (FRAMES, 6, 2)
-_STEPS = (FRAMES, 6)
+_RASTER, _POSE = (FRAMES, ROWS, COLUMNS), (FRAMES, 4, 4)
+_PATH, _STEPS = (FRAMES, 6, 2), (FRAMES, 6)
 
 FIELDS = (
     Field("sample_token", "text", (FRAMES,), "token of the key frame; frames stand in temporal order"),
@@ -70,9 +69,8 @@ FIELDS = (
         "uint8",
         _RASTER,
         "1 where the cell's centre is on the map's drivable area",
-        "",
-        "bev",
-        "map",
+        frame="bev",
+        part="map",
     ),
     Field("vehicles", "uint8", _RASTER, "1 where the cell's centre is under a vehicle", "", "bev"),
     Field(
@@ -138,6 +136,8 @@ LEFT_OUT_FIELDS = (
     Field("left_out/reason", "text", (LEFT_OUT,), "what was wrong with its file", part="left out"),
 )
 """Datasets of a camera's group that has lost frames: neighbours in time are looked for among these too."""
+
+_OF_CAMERAS = (*FIELDS, *LEFT_OUT_FIELDS, *STORED)
 
 HOMOGRAPHY = AddedKind(
     "homography",
@@ -232,7 +232,7 @@ ADDED = (HOMOGRAPHY, FOOTPRINTS)
 
 def fields(parts: Collection[Part]) -> tuple[Field, ...]:
     """The datasets of these parts that a camera's group holds."""
-    return tuple(field for field in (*FIELDS, *LEFT_OUT_FIELDS) if field.part in parts)
+    return tuple(field for field in _OF_CAMERAS if field.part in parts)
 
 
 def field_of(name: str) -> Field | None:
@@ -246,5 +246,5 @@ def field_of(name: str) -> Field | None:
     if kind == LABELS:
         return label_field(inner)
     added = next((one.fields for one in ADDED if one.name == kind), None)
-    known, own = ((*FIELDS, *LEFT_OUT_FIELDS), name) if added is None else (added, inner)
-    return next((field for field in known if field.name == own), None)
+    known, own = (_OF_CAMERAS, name) if added is None else (added, inner)
+    return next((field for field in known if field.name == own), named_field(name))

@@ -23,7 +23,10 @@ Compression = Literal["gzip", "lzf", "none"]
 LEAVING_OUT = ("only_complete", "skip_bad_frames")
 """Settings of an extraction that say what it leaves out."""
 
-_LATER = ("min_lidar_points", "step_s", "lidar_channel", "no_map")
+_LATER = (
+    *("min_lidar_points", "step_s", "lidar_channel", "no_map"),
+    *("layers", "line_width_m", "classes", "instances", "flow", "future"),
+)
 """Of targets: left out at their defaults, as shards have it that were written before they could be set."""
 
 
@@ -69,6 +72,10 @@ class ExtractSettings:
         for definition in self.labels:
             if not definition.classes:
                 raise SettingsError(f"definition {definition.name}: has no class without a map; leave it out")
+        if self.targets.further and not self.paper:
+            raise SettingsError(
+                "layers, classes, instances, future: lie beside the paper's labels; add --definition paper"
+            )
         if self.only_complete and self.skip_bad_frames:
             raise SettingsError("only_complete, skip_bad_frames: leave out whole scenes or frames, not both")
 
@@ -95,8 +102,11 @@ class ExtractSettings:
         """
         targets = dataclasses.asdict(replace(self.targets, max_gap_s=self.targets.gap_s))
         for name in _LATER:
-            if targets[name] == getattr(TargetSettings(), name):
+            if getattr(self.targets, name) == getattr(TargetSettings(), name):
                 del targets[name]
+        for name in ("layers", "classes"):
+            if name in targets:
+                targets[name] = sorted(targets[name])
         own: dict[str, Any] = {"cameras": sorted(self.cameras), "compression": self.compression}
         if self.definitions != (PAPER,):
             own["definitions"] = sorted(self.definitions, key=NAMES.index)
@@ -115,7 +125,8 @@ class ExtractSettings:
             cameras, compression = tuple(targets.pop("cameras")), targets.pop("compression")
             definitions = tuple(targets.pop("definitions", (PAPER,)))
             targets["grid"] = GridSpec(**targets["grid"])
-            targets["categories"] = tuple(targets["categories"])
+            for name in {"categories", "layers", "classes"} & targets.keys():
+                targets[name] = tuple(targets[name])
             if targets["max_gap_s"] == GAP_STEPS * targets.get("step_s", STEP_S):
                 targets["max_gap_s"] = None
             return cls(TargetSettings(**targets), cameras, compression, definitions=definitions)

@@ -9,6 +9,7 @@ from ogmkit.base.differences import differences
 from ogmkit.errors import ShardError
 from ogmkit.shards.crosschecks import cross_problems
 from ogmkit.shards.crosschecks_added import added_problems
+from ogmkit.shards.crosschecks_further import further_problems
 from ogmkit.shards.crosschecks_labels import label_contradictions
 from ogmkit.shards.faults import AGAIN, H5_ERRORS, REMEDY, damaged
 from ogmkit.shards.listed import require_unchanged
@@ -139,6 +140,7 @@ def _content_problems(shard: Shard, entry: ShardEntry | None, manifest: Manifest
     yield from label_contradictions(shard)
     for camera in shard.cameras:
         yield from cross_problems(shard, camera)
+        yield from further_problems(shard, camera)
         yield from added_problems(shard, camera)
 
 

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from ogmkit.errors import OutputError, SettingsError, ShardError
+from ogmkit.pictures.canvas import ORANGE
+from ogmkit.pictures.further_panel import LAYER_COLOURS
 from ogmkit.pictures.legend import draw_legend
 from ogmkit.pictures.preview import draw_shard, preview
 from ogmkit.pictures.settings import PreviewSettings, View
@@ -86,6 +88,21 @@ def test_unknown_names_and_numbers_out_of_range(make_shards, tmp_path, arguments
 def test_settings_out_of_range(values, message):
     with pytest.raises(SettingsError, match=message):
         PreviewSettings(**values)
+
+
+def test_layers_are_drawn_with_what_lies_beside_them(further_shards, tmp_path):
+    settings = PreviewSettings(("layers", "targets"), frames=1)
+    chosen = {"scenes": ("scene-0001",), "cameras": ("CAM_FRONT",)}
+    names = [path.name for path in preview(further_shards, tmp_path / "pictures", settings, **chosen)]
+    assert names == ["scene-0001_CAM_FRONT_layers.png", "scene-0001_CAM_FRONT.png"]
+    sheet = cv2.imread(str(tmp_path / "pictures" / names[0]))[..., ::-1]
+    for colour in (LAYER_COLOURS["drivable_area"], LAYER_COLOURS["lane_divider"], ORANGE):
+        assert (sheet == colour).all(axis=-1).sum() > 500
+
+
+def test_layers_are_drawn_of_shards_that_have_them(sample_shards, tmp_path):
+    with pytest.raises(ShardError, match=r"scene-0001\.h5: has nothing beside the paper's targets to draw"):
+        preview(sample_shards, tmp_path / "pictures", PreviewSettings(("layers",)))
 
 
 def test_every_view_has_a_subject():
