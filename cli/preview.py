@@ -55,6 +55,8 @@ def command(
     stretch     whole bodies and footprints, each warped to the plane: why
                 footprints (needs the set full-body, too)
     masks       image, masks in the camera's view, masks from above
+    surround    one PNG a scene: all six images round the raster of the sample
+                (needs `ogmkit extract --definition paper,surround`)
 
     Writes the files' names to stdout.
     """  # noqa: D301  # Click wants the character

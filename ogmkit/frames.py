@@ -134,6 +134,7 @@ class KeyFrame:
         lidar_path: the sweep's file, relative to the root; it may be absent.
         boxes: all annotations of the sample, in the table's order.
         camera: the front camera's frame of the sample; None where none is asked for.
+        map_path: the drivable-area mask, relative to the root; empty where none is asked for.
     """
 
     dataroot: Path
@@ -144,6 +145,7 @@ class KeyFrame:
     lidar_path: str
     boxes: Boxes
     camera: FrameRecord | None = None
+    map_path: str = ""
 
 
 @dataclass(frozen=True)

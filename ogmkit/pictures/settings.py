@@ -6,8 +6,8 @@ from typing import Literal
 from ogmkit.base.stated import require_stated, setting
 from ogmkit.homography.sources import SURFACE
 
-View = Literal["targets", "footprints", "stretch", "masks"]
-"""Names of `ogmkit.pictures.subjects.SUBJECTS`."""
+View = Literal["targets", "footprints", "stretch", "masks", "surround"]
+"""Names of `ogmkit.pictures.subjects.SUBJECTS`, and the one that shows all cameras at once."""
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,10 @@ class PreviewSettings:
         ("targets",), "What to draw, as listed above.", form="VIEW,…", flag="--view"
     )
     masks: str = setting(
-        SURFACE, "Set of camera-view masks to draw in all views but targets.", form="SET", flag="--masks"
+        SURFACE,
+        "Set of camera-view masks to draw in all views but targets and surround.",
+        form="SET",
+        flag="--masks",
     )
     frames: int = setting(  # 60 are about 300 MB of pixels
         6, "Number of frames on a sheet, evenly spread over the scene.", low=1, high=60

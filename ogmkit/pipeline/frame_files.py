@@ -7,7 +7,7 @@ from typing import Literal
 
 from ogmkit.base.files import fault_of, file_status
 from ogmkit.errors import DataFileError, FrameFileError, OgmkitError
-from ogmkit.frames import FrameRecord, LeftOutFrame, SceneRecord
+from ogmkit.frames import FrameRecord, KeyFrame, LeftOutFrame, SceneRecord
 from ogmkit.nuscenes.mask_faults import is_vector_map
 from ogmkit.nuscenes.paths import resolve
 from ogmkit.raster.lidar import lidar_points_level
@@ -102,6 +102,8 @@ def absences(scene: SceneRecord, targets: TargetSettings) -> tuple[Absence, ...]
         for frame in frames:
             for file in (*_frame_files(frame, targets), *_map_files(frame, targets)):
                 needed.setdefault(file, []).append(camera)
+    for file in (file for key_frame in scene.key_frames for file in _map_files(key_frame, targets)):
+        needed.setdefault(file, [])
     return joined(
         Absence(what, tuple(dict.fromkeys(cameras)), 1, path)
         for (what, path), cameras in needed.items()
@@ -177,9 +179,9 @@ def _frame_files(frame: FrameRecord, targets: TargetSettings) -> Iterator[tuple[
         yield "LiDAR sweep", resolve(frame.dataroot, frame.lidar.path)
 
 
-def _map_files(frame: FrameRecord, targets: TargetSettings) -> Iterator[tuple[What, Path]]:
+def _map_files(frame: FrameRecord | KeyFrame, targets: TargetSettings) -> Iterator[tuple[What, Path]]:
     """Of vector maps nobody wants the file."""
-    if not targets.no_map and not is_vector_map(Path(frame.map_path)):
+    if frame.map_path and not targets.no_map and not is_vector_map(Path(frame.map_path)):
         yield "map mask", resolve(frame.dataroot, frame.map_path)
 
 

@@ -24,13 +24,13 @@ def require_extracted(out: Path, manifest: Manifest, needs: SampleSpec) -> None:
     settings = manifest.settings.targets
     if needs.sees_bev or needs.masks is not None:
         require_drivable(out, manifest)
-    again = _again(out, manifest)
+    command = again(out, manifest)
     if needs.lidar and not settings.lidar:
-        raise ShardError(f"{out}: has no LiDAR points; run `{again} --lidar`")
+        raise ShardError(f"{out}: has no LiDAR points; run `{command} --lidar`")
     if needs.image_size is None or settings.images == "bytes":
         return
     if settings.images == "none":
-        raise ShardError(f"{out}: has no images (--images none); run `{again} --images bytes`")
+        raise ShardError(f"{out}: has no images (--images none); run `{command} --images bytes`")
     if not Path(manifest.dataroot).is_dir():
         raise ShardError(
             f"{out}: its images lie in {manifest.dataroot}, which is absent; bring it back, or extract with "
@@ -46,12 +46,13 @@ def require_drivable(out: Path, manifest: Manifest) -> None:
     """
     if manifest.settings.targets.no_map:
         raise ShardError(
-            f"{out}: has no drivable area (--no-map), which is needed here; run `{_again(out, manifest)}`, "
+            f"{out}: has no drivable area (--no-map), which is needed here; run `{again(out, manifest)}`, "
             "with the map masks in place"
         )
 
 
-def _again(out: Path, manifest: Manifest) -> str:
+def again(out: Path, manifest: Manifest) -> str:
+    """The command that makes a folder's shards anew."""
     return f"ogmkit extract {manifest.dataroot} {out} --overwrite"
 
 

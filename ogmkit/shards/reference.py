@@ -8,6 +8,7 @@ from ogmkit.shards.schema_labels import (
     LABEL_ATTRIBUTES,
     LABEL_FIELDS,
     LABELS,
+    POSES,
     SAMPLE_TOKENS,
     SURROUND,
 )
@@ -23,7 +24,7 @@ _WHEN: Mapping[Part, str] = {
 }
 
 _LABELS = {
-    f"/{SURROUND}": (SAMPLE_TOKENS,),
+    f"/{SURROUND}": (SAMPLE_TOKENS, *POSES),
     f"/{SURROUND}/{LABELS}/<definition>": LABEL_FIELDS,
 }
 """Place → datasets of labels by name."""

@@ -17,7 +17,7 @@ from ogmkit.shards.fields import (
     Field,
     Part,
 )
-from ogmkit.shards.schema_labels import LABELS, label_field
+from ogmkit.shards.schema_labels import LABELS, POSES, label_field
 
 FORMAT = "ogmkit-shard"
 FORMAT_VERSION = 1
@@ -236,15 +236,11 @@ def fields(parts: Collection[Part]) -> tuple[Field, ...]:
 
 
 def field_of(name: str) -> Field | None:
-    """The field of a dataset by its name below a camera's group; None where the schema has none.
-
-    Args:
-        name: such as `boxes/offsets` or `homography/surface/valid`.
-    """
+    """The field of a dataset by its name below a group, such as `homography/surface/valid`, or None."""
     kind, _, rest = name.partition("/")
     inner = rest.partition("/")[2]
     if kind == LABELS:
         return label_field(inner)
     added = next((one.fields for one in ADDED if one.name == kind), None)
-    known, own = ((*FIELDS, *LEFT_OUT_FIELDS), name) if added is None else (added, inner)
+    known, own = ((*FIELDS, *LEFT_OUT_FIELDS, *POSES), name) if added is None else (added, inner)
     return next((field for field in known if field.name == own), None)

@@ -74,7 +74,7 @@ def write_shard(
             if not frames:
                 raise TableError(f"scene {scene.name}: has no key frames of {camera}; choose another camera")
             _write_camera(file, camera, (frames, scene.left_out.get(camera, ())), stored, masks)
-        write_labels(file, scene, stored)
+        write_labels(file, scene, stored, masks)
 
 
 def _file_attributes(scene: SceneRecord, settings: ExtractSettings, dataset_version: str) -> dict[str, Any]:

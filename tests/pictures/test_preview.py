@@ -89,7 +89,7 @@ def test_settings_out_of_range(values, message):
 
 
 def test_every_view_has_a_subject():
-    assert set(get_args(View)) == set(SUBJECTS)
+    assert set(get_args(View)) == {*SUBJECTS, "surround"}
 
 
 def test_pictures_never_go_among_the_shards(make_shards):
