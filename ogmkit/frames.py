@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from ogmkit.base.steps import STEP_S, STEPS, nearest_rows
-from ogmkit.geometry.se3 import level_from_global
+from ogmkit.geometry.se3 import level_from_global, transform_points
 from ogmkit.typing import BoolArray, FloatArray, IntArray, UInt8Array
 
 AROUND = range(-STEPS, STEPS + 1)
@@ -118,6 +118,15 @@ class FrameRecord:
     def level_from_camera(self) -> FloatArray:
         """(4, 4) float64 from the camera into this frame's level frame."""
         result: FloatArray = self.level_from_global @ self.global_from_ego @ self.ego_from_camera
+        return result
+
+    @property
+    def lidar_centre_level(self) -> FloatArray:
+        """(3,) where the LiDAR was when it swept, metres, this frame's level frame; NaN without a sweep."""
+        if self.lidar is None:
+            return np.full(3, np.nan)
+        centre_global = self.lidar.global_from_lidar[None, :3, 3]
+        result: FloatArray = transform_points(self.level_from_global, centre_global)[0]
         return result
 
 

@@ -278,6 +278,12 @@ def surround_shards(shared_folder, extract_all, tiny_dataroot, sample_grid):
     return shared_folder("surround", lambda folder: extract_all(tiny_dataroot, folder, settings)) / "out"
 
 
+@pytest.fixture(scope="session")
+def seen_shards(shared_folder, make_sample_shards):
+    """The tiny dataset with all masks of cells that are seen. Tests only read it."""
+    return shared_folder("seen", lambda folder: make_sample_shards(folder, seen=("rays", "lidar"))) / "out"
+
+
 @pytest.fixture
 def copied_shards(sample_shards, tmp_path):
     """A copy of the sample shards, to be changed."""

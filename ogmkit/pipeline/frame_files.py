@@ -19,7 +19,7 @@ What = Literal["image", "LiDAR sweep", "map mask"]
 
 _INSTEAD = {
     "image": "such scenes (--only-complete), such frames (--skip-bad-frames) or all images (--images none)",
-    "LiDAR sweep": "such scenes (--only-complete), such frames (--skip-bad-frames) or --lidar",
+    "LiDAR sweep": "such scenes (--only-complete), such frames (--skip-bad-frames) or --lidar, --seen lidar",
     "map mask": "such scenes (--only-complete) or the drivable area (--no-map)",
 }
 """What can be left out to go on."""
@@ -133,7 +133,7 @@ def frame_fault(frame: FrameRecord, targets: TargetSettings, *, read: bool = Tru
     try:
         if targets.images != "none":
             read_image(frame)
-        if targets.lidar:
+        if targets.lidar_source:
             lidar_points_level(frame)
     except FrameFileError as error:
         return error.kind
@@ -175,7 +175,7 @@ def _of_sound_frames(scene: SceneRecord, targets: TargetSettings, *, read: bool)
 def _frame_files(frame: FrameRecord, targets: TargetSettings) -> Iterator[tuple[What, Path]]:
     if targets.images != "none":
         yield "image", resolve(frame.dataroot, frame.image_path)
-    if targets.lidar and frame.lidar is not None:
+    if targets.lidar_source and frame.lidar is not None:
         yield "LiDAR sweep", resolve(frame.dataroot, frame.lidar.path)
 
 

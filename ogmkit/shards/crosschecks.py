@@ -16,7 +16,7 @@ from ogmkit.shards.reader import Shard
 from ogmkit.typing import BoolArray, FloatArray, UInt8Array
 
 _POSE_TOLERANCE = 1e-6
-_RASTER_TOLERANCE = 1e-4
+RASTER_TOLERANCE = 1e-4
 """Share of cells that may differ when a raster is made again: other machines round otherwise."""
 _SHARES = {
     "drivable": "drivable_share",
@@ -115,7 +115,7 @@ def _rasters(shard: Shard, camera: str, *, make_again: bool) -> Iterator[str]:
             binary[frame] = mask.max() <= 1
             ones += int(np.count_nonzero(mask))
             if make is not None and make_again:
-                same[frame] = np.mean(mask != make(shard, camera, frame)) <= _RASTER_TOLERANCE
+                same[frame] = np.mean(mask != make(shard, camera, frame)) <= RASTER_TOLERANCE
         yield from first_wrong(f"{name} holds other values than 0 and 1 in", ~binary)
         yield from first_wrong(f"{name} contradicts boxes, poses or calibration in", ~same)
         share = _SHARES[name]

@@ -9,7 +9,7 @@ import numpy as np
 
 from ogmkit.target_settings import TargetSettings
 
-Part = Literal["core", "map", "no map", "image", "lidar", "left out", "optional"]
+Part = Literal["core", "map", "no map", "image", "lidar", "rays", "reach", "left out", "optional"]
 Storage = Literal["whole", "rasters", "bytes", "rows"]
 Dimension = str | int
 
@@ -31,8 +31,8 @@ class Field:
         description: what a row means.
         units: of the values; empty where they have none.
         frame: coordinate frame of the values; empty where they have none.
-        part: stored always (`core`), by the settings (`map` or `no map`, `image`, `lidar`), where frames are
-            left out, or where there are such values (`optional`).
+        part: stored always (`core`), by the settings (`map` or `no map`, `image`, `lidar`; `rays` and `reach`
+            by `--seen`), where frames are left out, or where there are such values (`optional`).
     """
 
     name: str
@@ -112,6 +112,8 @@ def parts_of(settings: TargetSettings, *, left_out: bool = False) -> frozenset[P
         "no map": settings.no_map,
         "image": settings.images == "bytes",
         "lidar": settings.lidar,
+        "rays": "rays" in settings.seen,
+        "reach": "lidar" in settings.seen,
         "left out": left_out,
     }
     return frozenset(part for part, holds in conditions.items() if holds)

@@ -19,6 +19,8 @@ _WHEN: Mapping[Part, str] = {
     "no map": " (with `--no-map`)",
     "image": " (with `--images bytes`)",
     "lidar": " (with `--lidar`)",
+    "rays": " (with `--seen rays`)",
+    "reach": " (with `--seen lidar`)",
     "left out": " (where frames are left out)",
     "optional": " (optional)",
 }

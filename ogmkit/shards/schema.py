@@ -18,6 +18,7 @@ from ogmkit.shards.fields import (
     Part,
 )
 from ogmkit.shards.schema_labels import LABELS, POSES, label_field
+from ogmkit.shards.schema_seen import SEEN_FIELDS
 
 FORMAT = "ogmkit-shard"
 FORMAT_VERSION = 1
@@ -123,6 +124,7 @@ FIELDS = (
         "frame i owns points offsets[i] … offsets[i + 1] − 1",
         part="lidar",
     ),
+    *SEEN_FIELDS,
 )
 """All datasets of a camera's group but those of added groups, and of frames that are left out."""
 

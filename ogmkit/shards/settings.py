@@ -23,7 +23,7 @@ Compression = Literal["gzip", "lzf", "none"]
 LEAVING_OUT = ("only_complete", "skip_bad_frames")
 """Settings of an extraction that say what it leaves out."""
 
-_LATER = ("min_lidar_points", "step_s", "lidar_channel", "no_map")
+_LATER = ("min_lidar_points", "step_s", "lidar_channel", "no_map", "seen")
 """Of targets: left out at their defaults, as shards have it that were written before they could be set."""
 
 

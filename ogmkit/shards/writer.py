@@ -22,6 +22,7 @@ from ogmkit.shards import fields, schema
 from ogmkit.shards.columns import column
 from ogmkit.shards.labels_writer import record_text, write_labels
 from ogmkit.shards.layout import attribute_values, create_dataset, store_dataset
+from ogmkit.shards.schema_seen import SEEN
 from ogmkit.shards.settings import Compression, ExtractSettings
 from ogmkit.shards.sink import ShardFile, create
 from ogmkit.target_settings import TargetSettings
@@ -167,6 +168,8 @@ def _write_frame(group: h5py.Group, index: int, targets: FrameTargets) -> int:
         group["drivable"][index] = targets.drivable
     group["vehicles"][index] = targets.vehicles
     group["field_of_view"][index] = targets.field_of_view
+    for kind, mask in targets.seen.items():
+        group[f"{SEEN}/{kind}"][index] = mask
     if targets.image is not None:
         group["image"][index] = np.frombuffer(targets.image, np.uint8)
     if targets.lidar_points is None:
