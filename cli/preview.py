@@ -57,6 +57,8 @@ def command(
     masks       image, masks in the camera's view, masks from above
     layers      images with boxes; map layers and classes; instances with their way
                 to the next frame (needs extract --layers, --classes or --instances)
+    surround    one PNG a scene: all six images round the raster of the sample
+                (needs `ogmkit extract --definition paper,surround`)
 
     Writes the files' names to stdout.
     """  # noqa: D301  # Click wants the character

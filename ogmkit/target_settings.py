@@ -1,7 +1,7 @@
 """What targets to make of a frame."""
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, get_args
 
 from ogmkit.base.stated import require_stated, setting, with_default
 from ogmkit.base.steps import GAP_STEPS, STEP_S, STEPS
@@ -11,6 +11,8 @@ from ogmkit.homography.settings import FitSettings
 from ogmkit.nuscenes.categories import BoxClass, box_class
 from ogmkit.nuscenes.expansion import Layer
 
+Seen = Literal["fov", "rays", "lidar"]
+"""How cells are found that are seen; the first always is."""
 ImagesMode = Literal["bytes", "reference", "none"]
 """Keep each image's own bytes, only its path (the file is checked all the same), or the path unchecked."""
 
@@ -73,9 +75,17 @@ class TargetSettings:
     future: int = setting(
         0, "Draw vehicles of so many next key frames, on this one's grid.", low=0, high=STEPS
     )
+    seen: tuple[Seen, ...] = setting(
+        ("fov",),
+        "Masks of cells that are seen: fov, the field of view, is always made; of its cells, rays has those "
+        "that no box hides, lidar those as far as LiDAR points.",
+        form="KIND,…",
+    )
 
     def __post_init__(self) -> None:
         require_stated(self)
+        in_order = tuple(kind for kind in get_args(Seen) if kind == "fov" or kind in self.seen)
+        object.__setattr__(self, "seen", in_order)
         if not self.categories or not all(self.categories):
             raise SettingsError("categories: name at least one prefix, such as vehicle.")
         for what, names in {
@@ -114,8 +124,8 @@ class TargetSettings:
 
     @property
     def lidar_source(self) -> str | None:
-        """The channel of the LiDAR that is read; None where no points are kept."""
-        return self.lidar_channel if self.lidar else None
+        """The channel of the LiDAR that is read; None where no points are needed."""
+        return self.lidar_channel if self.lidar or "lidar" in self.seen else None
 
     @property
     def gap_s(self) -> float:

@@ -1,5 +1,6 @@
 """A frame's training targets from its record, its map's mask and its files."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from ogmkit.raster.drivable import drivable_mask
 from ogmkit.raster.field_of_view import field_of_view_mask
 from ogmkit.raster.layers import LayerMap, open_layers
 from ogmkit.raster.lidar import lidar_points_level
+from ogmkit.raster.seen import seen_masks
 from ogmkit.raster.vehicles import select, vehicle_mask
 from ogmkit.target_settings import TargetSettings
 from ogmkit.trajectories import Trajectory, trajectory
@@ -34,6 +36,8 @@ class FrameTargets:
         image: the bytes of the original file (JPEG or PNG), None unless the settings keep them.
         lidar_points: (P, 4) float32 x, y, z (metres, level frame) and intensity, None unless asked for.
         further: rasters beside the paper's, by their names in shards, such as `layers/lane`.
+        seen: `rays` and `lidar`, as far as they are asked for → (rows, columns) uint8, 1 where the cell is
+            seen; all within the field of view.
     """
 
     drivable: UInt8Array | None
@@ -43,6 +47,7 @@ class FrameTargets:
     image: bytes | None
     lidar_points: Float32Array | None
     further: Rasters = field(default_factory=dict)
+    seen: Mapping[str, UInt8Array] = field(default_factory=dict)
 
 
 def frame_targets(
@@ -98,15 +103,18 @@ def build_targets(
     """
     grid, level_from_global = settings.grid, frame.level_from_global
     image = None if settings.images == "none" else read_image(frame)
+    points = lidar_points_level(frame) if settings.lidar_source else None
+    view = field_of_view_mask(grid, frame.intrinsics, frame.level_from_camera, frame.image_size)
     shown = select(frame.boxes, *settings.labels)
     return FrameTargets(
         drivable=None if map_mask is None else drivable_mask(grid, level_from_global, map_mask),
         vehicles=vehicle_mask(grid, level_from_global, shown),
-        field_of_view=field_of_view_mask(grid, frame.intrinsics, frame.level_from_camera, frame.image_size),
+        field_of_view=view,
         trajectory=trajectory(frame, settings.gap_s, step_s=settings.step_s),
         image=image if settings.images == "bytes" else None,
-        lidar_points=lidar_points_level(frame) if settings.lidar else None,
         further=further_targets(level_from_global, frame.boxes, settings, around),
+        lidar_points=points if settings.lidar else None,
+        seen=seen_masks(frame, grid, view, settings.seen, points),
     )
 
 

@@ -286,6 +286,25 @@ def further_shards(shared_folder, make_sample_shards):
     return shared_folder("further", lambda folder: make_sample_shards(folder, lidar=True, **FURTHER)) / "out"
 
 
+@pytest.fixture(scope="session")
+def surround_shards(shared_folder, extract_all, tiny_dataroot, sample_grid):
+    """The tiny dataset with labels round the vehicle beside the paper's. Tests only read it."""
+    from ogmkit.shards.settings import ExtractSettings
+    from ogmkit.target_settings import TargetSettings
+
+    definitions = ("paper", "surround", "lss", "fiery", "cvt", "bevfusion", "pointbev")
+    settings = ExtractSettings(
+        TargetSettings(sample_grid), ("CAM_BACK", "CAM_FRONT"), definitions=definitions
+    )
+    return shared_folder("surround", lambda folder: extract_all(tiny_dataroot, folder, settings)) / "out"
+
+
+@pytest.fixture(scope="session")
+def seen_shards(shared_folder, make_sample_shards):
+    """The tiny dataset with all masks of cells that are seen. Tests only read it."""
+    return shared_folder("seen", lambda folder: make_sample_shards(folder, seen=("rays", "lidar"))) / "out"
+
+
 @pytest.fixture
 def copied_shards(sample_shards, tmp_path):
     """A copy of the sample shards, to be changed."""

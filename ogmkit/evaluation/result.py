@@ -38,7 +38,8 @@ class Figure:
         target: `drivable` or `vehicles`.
         view: `camera` or `bev`.
         region: `full`, `close` or `far`.
-        cells: `all`, or `fov` for those in the field of view.
+        cells: `all`, or `fov` for those in the field of view; of these, `rays` and `lidar`, where shards have
+            them (`ogmkit.raster.seen`).
         metric: `foreground_iou`, or `mean_iou` with the background's; `tuned_iou`, the foreground's at the
             thresholds that a run has chosen on its validation; of neighbouring vehicles
             (`ogmkit.metrics.separation`) the number of `pairs`, of `pairs_found`, and the share of these that

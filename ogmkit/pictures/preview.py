@@ -1,4 +1,4 @@
-"""Contact sheets of extracted frames, as PNG files: one for each scene, camera and subject."""
+"""Contact sheets of extracted frames, as PNG files: one for each scene, subject, and camera, or for all."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -6,6 +6,7 @@ from pathlib import Path
 from ogmkit.base.atomic import output_errors, require_outside
 from ogmkit.base.names import matching, with_number
 from ogmkit.errors import SettingsError, ShardError
+from ogmkit.pictures import surround
 from ogmkit.pictures.bev_panel import plan_for
 from ogmkit.pictures.masks import MaskSet, open_sets
 from ogmkit.pictures.png import write_png
@@ -18,6 +19,7 @@ from ogmkit.shards.faults import REMEDY, damaged
 from ogmkit.shards.listed import listed_shard
 from ogmkit.shards.manifest import Manifest, ShardEntry, read_manifest
 from ogmkit.shards.reader import Shard
+from ogmkit.shards.schema_labels import SURROUND
 from ogmkit.typing import UInt8Array
 
 DEFAULT = PreviewSettings()
@@ -61,12 +63,16 @@ def preview(
     chosen = _chosen(read_manifest(out), out, scenes, cameras)
     with output_errors(target):
         target.mkdir(parents=True, exist_ok=True)
-    sheets = [(*one, view) for one in chosen for view in dict.fromkeys(settings.views)]
+    subjects = [view for view in dict.fromkeys(settings.views) if view in SUBJECTS]
+    sheets: list[tuple[ShardEntry, str, View]] = [(*one, view) for one in chosen for view in subjects]
+    if surround.VIEW in settings.views:
+        entries = {entry.file: entry for entry, _ in chosen}
+        sheets += [(entry, SURROUND, surround.VIEW) for entry in entries.values()]
     written = []
     for entry, camera, view in sheets:
         path = target / f"{Path(entry.file).stem}_{camera}{_ending(view, settings.masks)}.png"
         with listed_shard(out, entry) as shard:
-            write_png(path, draw_shard(shard, camera, view, settings, dataroot))
+            write_png(path, _draw(shard, camera, view, settings, dataroot))
         written.append(path)
         if on_progress is not None:
             on_progress(len(written), len(sheets))
@@ -107,6 +113,14 @@ def draw_shard(
     return draw_sheet(heading, tiles, kind.columns, kind.groups)
 
 
+def _draw(
+    shard: Shard, camera: str, view: View, settings: PreviewSettings, dataroot: Path | None
+) -> UInt8Array:
+    if view == surround.VIEW:
+        return surround.draw_surround(shard, settings.frames, dataroot)
+    return draw_shard(shard, camera, view, settings, dataroot)
+
+
 def _note(shard: Shard, camera: str, sets: Sequence[MaskSet]) -> str:
     grid, parts = shard.grid, []
     left_out = shard.left_out(camera)
@@ -126,17 +140,17 @@ def _note(shard: Shard, camera: str, sets: Sequence[MaskSet]) -> str:
 
 
 def _require_distinct(settings: PreviewSettings) -> None:
-    for view in settings.views:
+    for view in SUBJECTS.keys() & set(settings.views):
         if SUBJECTS[view].sets(settings.masks).count(settings.masks) > 1:
             raise SettingsError(f"view {view}: set {settings.masks!r} would be drawn twice; choose another")
 
 
 def _ending(subject: str, mask_set: str) -> str:
     """What tells a sheet's file from those of other subjects and sets."""
-    kind = SUBJECTS[subject]
-    if kind.further:
+    kind = SUBJECTS.get(subject)
+    if kind is not None and kind.further:
         return f"_{subject}"
-    shown = kind.sets(mask_set)
+    shown = kind.sets(mask_set) if kind is not None else ()
     return f"_{subject}_{shown[-1]}" if shown else ""
 
 

@@ -6,8 +6,8 @@ from typing import Literal
 from ogmkit.base.stated import require_stated, setting
 from ogmkit.homography.sources import SURFACE
 
-View = Literal["targets", "footprints", "stretch", "masks", "layers"]
-"""Names of `ogmkit.pictures.subjects.SUBJECTS`."""
+View = Literal["targets", "footprints", "stretch", "masks", "layers", "surround"]
+"""Names of `ogmkit.pictures.subjects.SUBJECTS`, and the one that shows all cameras at once."""
 
 
 @dataclass(frozen=True)

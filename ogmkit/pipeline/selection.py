@@ -56,7 +56,8 @@ def read_scene(dataset: SceneSource, name: str, settings: ExtractSettings) -> Sc
     if not settings.labels:
         return scene
     ahead = next((one.place for one in settings.labels if one.place != SURROUND), None)
-    return replace(scene, key_frames=dataset.key_frames(name, lidar=targets.lidar_channel, camera=ahead))
+    frames = dataset.key_frames(name, lidar=targets.lidar_channel, camera=ahead, maps=settings.draws_mask)
+    return replace(scene, key_frames=frames)
 
 
 def require_known_names(dataset: SceneSource, settings: ExtractSettings, scenes: Sequence[str]) -> None:

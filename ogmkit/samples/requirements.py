@@ -31,13 +31,13 @@ def require_extracted(out: Path, manifest: Manifest, needs: SampleSpec) -> None:
         require_drivable(out, manifest)
     if needs.bev:
         _require_rasters(out, manifest, needs.rasters)
-    again = _again(out, manifest)
+    command = again(out, manifest)
     if needs.lidar and not settings.lidar:
-        raise ShardError(f"{out}: has no LiDAR points; run `{again} --lidar`")
+        raise ShardError(f"{out}: has no LiDAR points; run `{command} --lidar`")
     if needs.image_size is None or settings.images == "bytes":
         return
     if settings.images == "none":
-        raise ShardError(f"{out}: has no images (--images none); run `{again} --images bytes`")
+        raise ShardError(f"{out}: has no images (--images none); run `{command} --images bytes`")
     if not Path(manifest.dataroot).is_dir():
         raise ShardError(
             f"{out}: its images lie in {manifest.dataroot}, which is absent; bring it back, or extract with "
@@ -53,7 +53,7 @@ def require_drivable(out: Path, manifest: Manifest) -> None:
     """
     if manifest.settings.targets.no_map:
         raise ShardError(
-            f"{out}: has no drivable area (--no-map), which is needed here; run `{_again(out, manifest)}`, "
+            f"{out}: has no drivable area (--no-map), which is needed here; run `{again(out, manifest)}`, "
             "with the map masks in place"
         )
 
@@ -66,12 +66,13 @@ def _require_rasters(out: Path, manifest: Manifest, names: Sequence[str]) -> Non
     for name in names:
         if name not in known:
             raise ShardError(
-                f"{out}: {unknown('raster', name, known)}; for others, run `{_again(out, manifest)}` with "
+                f"{out}: {unknown('raster', name, known)}; for others, run `{again(out, manifest)}` with "
                 "--layers or --classes"
             )
 
 
-def _again(out: Path, manifest: Manifest) -> str:
+def again(out: Path, manifest: Manifest) -> str:
+    """The command that rebuilds a folder's shards."""
     return f"ogmkit extract {manifest.dataroot} {out} --overwrite"
 
 

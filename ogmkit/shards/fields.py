@@ -10,7 +10,7 @@ import numpy as np
 from ogmkit.target_settings import TargetSettings
 
 _PaperPart = Literal["core", "map", "no map", "image", "lidar", "left out", "optional"]
-_FurtherPart = Literal["layers", "classes", "instances", "flow", "future"]
+_FurtherPart = Literal["rays", "reach", "layers", "classes", "instances", "flow", "future"]
 Part = _PaperPart | _FurtherPart
 Storage = Literal["whole", "rasters", "bytes", "rows"]
 Dimension = str | int
@@ -34,8 +34,8 @@ class Field:
         description: what a row means.
         units: of the values; empty where they have none.
         frame: coordinate frame of the values; empty where they have none.
-        part: stored always (`core`), by the settings, where frames are left out, or where there are such
-            values (`optional`).
+        part: stored always (`core`), by the settings (`reach` by `--seen lidar`), where frames are left out,
+            or where there are such values (`optional`).
     """
 
     name: str
@@ -122,6 +122,8 @@ def parts_of(settings: TargetSettings, *, left_out: bool = False) -> frozenset[P
         "no map": settings.no_map,
         "image": settings.images == "bytes",
         "lidar": settings.lidar,
+        "rays": "rays" in settings.seen,
+        "reach": "lidar" in settings.seen,
         "left out": left_out,
         "layers": bool(settings.layers),
         "classes": bool(settings.classes),

@@ -9,6 +9,7 @@ from ogmkit.shards.schema_labels import (
     LABEL_ATTRIBUTES,
     LABEL_FIELDS,
     LABELS,
+    POSES,
     SAMPLE_TOKENS,
     SURROUND,
 )
@@ -19,6 +20,8 @@ _WHEN: Mapping[Part, str] = {
     "no map": " (with `--no-map`)",
     "image": " (with `--images bytes`)",
     "lidar": " (with `--lidar`)",
+    "rays": " (with `--seen rays`)",
+    "reach": " (with `--seen lidar`)",
     "left out": " (where frames are left out)",
     "layers": " (with `--layers`)",
     "classes": " (with `--classes`)",
@@ -29,7 +32,7 @@ _WHEN: Mapping[Part, str] = {
 }
 
 _LABELS = {
-    f"/{SURROUND}": (SAMPLE_TOKENS,),
+    f"/{SURROUND}": (SAMPLE_TOKENS, *POSES),
     f"/{SURROUND}/{LABELS}/<definition>": LABEL_FIELDS,
 }
 """Place → datasets of labels by name."""

@@ -18,7 +18,8 @@ from ogmkit.shards.fields import (
     Part,
 )
 from ogmkit.shards.schema_further import STORED, named_field
-from ogmkit.shards.schema_labels import LABELS, label_field
+from ogmkit.shards.schema_labels import LABELS, POSES, label_field
+from ogmkit.shards.schema_seen import SEEN_FIELDS
 
 FORMAT = "ogmkit-shard"
 FORMAT_VERSION = 1
@@ -121,6 +122,7 @@ FIELDS = (
         "frame i owns points offsets[i] … offsets[i + 1] − 1",
         part="lidar",
     ),
+    *SEEN_FIELDS,
 )
 """All datasets of a camera's group but those of added groups, and of frames that are left out."""
 
@@ -236,15 +238,11 @@ def fields(parts: Collection[Part]) -> tuple[Field, ...]:
 
 
 def field_of(name: str) -> Field | None:
-    """The field of a dataset by its name below a camera's group; None where the schema has none.
-
-    Args:
-        name: such as `boxes/offsets` or `homography/surface/valid`.
-    """
+    """The field of a dataset by its name below a group, such as `homography/surface/valid`, or None."""
     kind, _, rest = name.partition("/")
     inner = rest.partition("/")[2]
     if kind == LABELS:
         return label_field(inner)
     added = next((one.fields for one in ADDED if one.name == kind), None)
-    known, own = (_OF_CAMERAS, name) if added is None else (added, inner)
+    known, own = ((*_OF_CAMERAS, *POSES), name) if added is None else (added, inner)
     return next((field for field in known if field.name == own), named_field(name))

@@ -11,7 +11,7 @@ from ogmkit.base.stated import require_stated, setting
 from ogmkit.base.steps import GAP_STEPS, STEP_S
 from ogmkit.errors import SettingsError
 from ogmkit.grid import GridSpec
-from ogmkit.labels.catalogue import PRESETS
+from ogmkit.labels.catalogue import definition
 from ogmkit.labels.definition import Definition, without_map
 from ogmkit.labels.names import NAMES, PAPER
 from ogmkit.target_settings import TargetSettings
@@ -24,7 +24,7 @@ LEAVING_OUT = ("only_complete", "skip_bad_frames")
 """Settings of an extraction that say what it leaves out."""
 
 _LATER = (
-    *("min_lidar_points", "step_s", "lidar_channel", "no_map"),
+    *("min_lidar_points", "step_s", "lidar_channel", "no_map", "seen"),
     *("layers", "line_width_m", "classes", "instances", "flow", "future"),
 )
 """Of targets: left out at their defaults, as shards have it that were written before they could be set."""
@@ -69,9 +69,9 @@ class ExtractSettings:
         for name in self.definitions:
             if name not in NAMES:
                 raise SettingsError(unknown("definition", name, NAMES))
-        for definition in self.labels:
-            if not definition.classes:
-                raise SettingsError(f"definition {definition.name}: has no class without a map; leave it out")
+        for one in self.labels:
+            if not one.classes:
+                raise SettingsError(f"definition {one.name}: has no class without a map; leave it out")
         if self.targets.further and not self.paper:
             raise SettingsError(
                 "layers, classes, instances, future: lie beside the paper's labels; add --definition paper"
@@ -87,8 +87,18 @@ class ExtractSettings:
     @property
     def labels(self) -> tuple[Definition, ...]:
         """The definitions besides the paper's; without maps, without the classes that need one."""
-        chosen = (PRESETS[name] for name in self.definitions if name != PAPER)
+        chosen = (definition(name, self.targets) for name in self.definitions if name != PAPER)
         return tuple(without_map(one) if self.targets.no_map else one for one in chosen)
+
+    @property
+    def draws_mask(self) -> bool:
+        """Whether a definition besides the paper's draws the drivable-area mask."""
+        return any(one.cell.layers == "mask" for one in self.labels)
+
+    @property
+    def needs_mask(self) -> bool:
+        """Whether anything does."""
+        return self.draws_mask or (self.paper and not self.targets.no_map)
 
     @property
     def leaves_out(self) -> bool:

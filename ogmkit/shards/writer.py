@@ -24,6 +24,7 @@ from ogmkit.shards.columns import column
 from ogmkit.shards.labels_writer import record_text, write_labels
 from ogmkit.shards.layout import attribute_values, create_dataset, store_dataset
 from ogmkit.shards.schema_further import FUTURE_VALID, INSTANCE_TOKENS, further_fields
+from ogmkit.shards.schema_seen import SEEN
 from ogmkit.shards.settings import Compression, ExtractSettings
 from ogmkit.shards.sink import ShardFile, create
 from ogmkit.target_settings import TargetSettings
@@ -76,7 +77,7 @@ def write_shard(
             if not frames:
                 raise TableError(f"scene {scene.name}: has no key frames of {camera}; choose another camera")
             _write_camera(file, camera, (frames, scene.left_out.get(camera, ())), stored, masks)
-        write_labels(file, scene, stored)
+        write_labels(file, scene, stored, masks)
 
 
 def _file_attributes(scene: SceneRecord, settings: ExtractSettings, dataset_version: str) -> dict[str, Any]:
@@ -179,6 +180,8 @@ def _write_frame(group: h5py.Group, index: int, targets: FrameTargets) -> int:
     group["field_of_view"][index] = targets.field_of_view
     for name, row in targets.further.items():
         group[name][index] = row
+    for kind, mask in targets.seen.items():
+        group[f"{SEEN}/{kind}"][index] = mask
     if targets.image is not None:
         group["image"][index] = np.frombuffer(targets.image, np.uint8)
     if targets.lidar_points is None:
