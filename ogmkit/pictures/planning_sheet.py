@@ -10,7 +10,7 @@ import numpy as np
 from ogmkit.evaluation.planning.result import PlanEvaluation, PlanSample
 from ogmkit.grid import GridSpec
 from ogmkit.metrics.gaussian import ellipse
-from ogmkit.metrics.plan import STEPS, Plan
+from ogmkit.metrics.plan import Plan
 from ogmkit.pictures import bev_panel, legend
 from ogmkit.pictures.camera_panel import draw_photo
 from ogmkit.pictures.canvas import PURPLE, YELLOW, Canvas, Colour
@@ -73,7 +73,7 @@ def _draw_sample(shards: Path, manifest: Manifest, sample: PlanSample) -> UInt8A
             view, grid = read_view(shard, camera, index, dataroot=dataroot), shard.grid
     except OSError as error:
         raise damaged(shards / entry.file, error) from error
-    errors = np.linalg.norm(view.future[:STEPS] - sample.plan.mean, axis=1)
+    errors = np.linalg.norm(view.future[: len(sample.plan.mean)] - sample.plan.mean, axis=1)
     photo = draw_photo(view, _PHOTO_SIZE).pixels
     plane = draw_plan(view, grid, sample.plan).pixels
     off = f"ADE {errors.mean():.2f} m, at the end {errors[-1]:.2f} m"
@@ -81,7 +81,7 @@ def _draw_sample(shards: Path, manifest: Manifest, sample: PlanSample) -> UInt8A
 
 
 def draw_plan(view: View, grid: GridSpec, plan: Plan) -> Canvas:
-    """Draw past, future, destination and plan on the part of the plane that they take up.
+    """Draw past, future, destination (where it is told) and plan on the part of the plane they take up.
 
     Args:
         view: of the sequence's last image.
@@ -95,7 +95,8 @@ def draw_plan(view: View, grid: GridSpec, plan: Plan) -> Canvas:
     bev_panel.draw_paths(canvas, view, plane)
     canvas.polyline(plane.pixels(np.concatenate([np.zeros((1, 2)), plan.mean])), PLAN_COLOUR, 1)
     canvas.dots(plane.pixels(plan.mean), PLAN_COLOUR, bev_panel.DOT_RADIUS)
-    canvas.polygon(plane.pixels(view.future[STEPS:]) + _DIAMOND, DESTINATION_COLOUR)
+    if plan.told:
+        canvas.polygon(plane.pixels(view.future[-1:]) + _DIAMOND, DESTINATION_COLOUR)
     return canvas
 
 

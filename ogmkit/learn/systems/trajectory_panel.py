@@ -16,7 +16,7 @@ def trajectory_panels(mean: Tensor, future: Tensor, positions: Tensor) -> Tensor
     """Dots seen from above, x up: grey past, green truth, yellow destination, orange plan on top.
 
     Args:
-        mean: (B, 5, 2) metres, level frame.
+        mean: (B, T, 2) metres, level frame.
         future: (B, 6, 2).
         positions: (B, 6, 2).
 

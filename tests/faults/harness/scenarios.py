@@ -109,6 +109,8 @@ SCENARIOS = {
             speaks=True,
             pace="steady",
         ),
+        _scenario("export shards: export-shards shards tars --format webdataset", "shards", "shards"),
+        _scenario("export cvt: export-cvt world labels", "world", "world"),
         _scenario("verify: verify shards --json", "shards", "shards", speaks=True),
         _scenario("inspect shards: inspect shards --json", "shards", "shards", speaks=True),
         _scenario("inspect shard: inspect shards/scene-0001.h5 --json", "shards", "shards", speaks=True),
