@@ -38,7 +38,7 @@ class Sizes:
     bev_cell: float = 0.5
 
 
-TOY = Sizes((2, 1, 2), 3, "64x112", "64x96", "tu-test_resnet", 1, 1, (0,), (0,), 8, 2.5)
+TOY = Sizes((1, 1, 1), 2, "64x112", "64x96", "tu-test_resnet", 1, 1, (0,), (0,), 8, 2.5)
 
 
 def parts_of(toy):

@@ -41,7 +41,7 @@ class Sizes:
     seeds: tuple = (0, 1, 2)
 
 
-TOY = Sizes((3, 1, 2), (3, 1, 2), 15, "64x128", "32x64", "tu-test_resnet", 1, 1, 1, 1, (0,))
+TOY = Sizes((1, 1, 1), (1, 1, 1), 13, "64x128", "32x64", "tu-test_resnet", 1, 1, 1, 1, (0,))
 
 
 def parts_of(toy):
