@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ogmkit.evaluation.result import Figure
+from ogmkit.evaluation.result import Figure, SceneCounts
 from ogmkit.metrics.bootstrap import estimate
 from ogmkit.metrics.iou import BEV_SHAPE, CELLS, IMAGE_SHAPE, IOUS, TUNED_IOU, iou
 from ogmkit.metrics.regions import REGIONS
@@ -53,6 +53,10 @@ class Tally:
         self._tuned_bev[row] += bev
         if image is not None:
             self._tuned_image[row] += image
+
+    def by_scene(self) -> SceneCounts:
+        """All counts so far."""
+        return SceneCounts(self._bev, self._image, self._tuned_bev, self._pairs)
 
     def figures(self) -> Iterator[Figure]:
         """Every IoU, NaN where a system has none; then what neighbours are told apart."""

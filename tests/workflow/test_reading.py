@@ -169,7 +169,7 @@ def test_sets_of_masks_are_made_by_what_their_names_say():
         assert found.footprint_set(name).set_name == name
 
 
-@pytest.mark.parametrize("name", ["demo.yaml", "nuscenes.yaml"])
+@pytest.mark.parametrize("name", ["demo.yaml", "nuscenes.yaml", "nuscenes-mini.yaml"])
 def test_the_examples_say_the_same_again_when_written_out(name):
     yaml = pytest.importorskip("yaml", reason="yaml is not installed: pip install 'ogmkit[train]'")
     path = EXAMPLES / name
