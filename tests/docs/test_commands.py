@@ -218,8 +218,8 @@ def test_no_block_is_left_out():
         path.name for path in PAGES if re.search(r"^```(sh|python|json)", path.read_text(), re.MULTILINE)
     }
 
-    # The blocks of api.md run in tests/test_public.py. That of mini.md needs the dataset itself; what its file
-    # says is read in tests/workflow/test_reading.py.
+    # The blocks of api.md run in tests/test_public.py. That of mini.md needs the dataset itself; its file is
+    # read in tests/workflow/test_reading.py.
     assert with_blocks == {"README.md", "reproduce.md", "predict.md", "api.md", "mini.md"}
     counts = [len(blocks(page, "sh")) for page in ("README.md", "docs/predict.md")]
     assert [*counts, len(blocks("docs/predict.md", "json"))] == [3, 2, 3]
