@@ -39,14 +39,14 @@ BROKEN = {
             "world/v1.0-mini/*.json",
             (mutate.change_json,),
             ("check", "extract with masks", "inspect dataset"),
-            cases=700,
+            cases=400,
         ),
         Broken(
             "table bytes",
             "world/v1.0-mini/*.json",
             (mutate.damage, mutate.disarrange),
             ("check", "extract with masks"),
-            cases=300,
+            cases=250,
         ),
         Broken(
             "splits",
@@ -59,16 +59,16 @@ BROKEN = {
             "world/samples/CAM_FRONT/*.jpg",
             (mutate.damage, mutate.disarrange),
             ("check", "extract with masks"),
-            cases=250,
+            cases=150,
         ),
         Broken(
             "sweeps",
             "world/samples/LIDAR_TOP/*.bin",
             (mutate.damage, mutate.disarrange),
             ("check", "extract with masks"),
-            cases=200,
+            cases=150,
         ),
-        Broken("map masks", "world/maps/*.png", (mutate.damage, mutate.disarrange), ("extract",), cases=150),
+        Broken("map masks", "world/maps/*.png", (mutate.damage, mutate.disarrange), ("extract",), cases=100),
         Broken(
             "decoded masks", "cache/*.mask", (mutate.damage,), ("extract again",), checked=True, cases=200
         ),
@@ -105,7 +105,7 @@ BROKEN = {
             "plans/*.h5",
             (mutate.change_h5, mutate.damage),
             ("evaluate planner", "predict plans"),
-            cases=350,
+            cases=150,
         ),
         Broken(
             "manifest values",
@@ -139,6 +139,7 @@ BROKEN = {
             "planner/metrics.csv",
             (mutate.damage, mutate.disarrange),
             ("inspect run", "train on"),
+            cases=250,
         ),
         Broken(
             "run's splits",
@@ -175,19 +176,21 @@ BROKEN = {
             (mutate.damage,),
             ("predict plans", "evaluate planner", "inspect checkpoint"),
             checked=True,
+            cases=300,
         ),
         Broken(
             "checkpoint content",
             "planner/*.ckpt",
             (mutate.change_checkpoint,),
             ("predict plans", "evaluate planner", "inspect checkpoint"),
-            cases=600,
+            cases=400,
         ),
         Broken(
             "weights to start from",
             "planner/best.ckpt",
             (mutate.damage, mutate.change_checkpoint),
             ("train from",),
+            cases=300,
         ),
         Broken(
             "weights of an encoder",

@@ -110,7 +110,7 @@ SCENARIOS = {
             pace="steady",
         ),
         _scenario("export shards: export-shards shards tars --format webdataset", "shards", "shards"),
-        _scenario("export cvt: export-cvt world labels", "world", "world"),
+        _scenario("export cvt: export-cvt world labels", "world", "world", pace="steady"),
         _scenario("verify: verify shards --json", "shards", "shards", speaks=True),
         _scenario("inspect shards: inspect shards --json", "shards", "shards", speaks=True),
         _scenario("inspect shard: inspect shards/scene-0001.h5 --json", "shards", "shards", speaks=True),
