@@ -1,19 +1,22 @@
 """Contact sheets of extracted frames, as PNG files: one for each scene, camera and subject."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from ogmkit.base.atomic import output_errors, require_outside
 from ogmkit.base.names import matching, with_number
+from ogmkit.drawing.bev_panel import plan_for
+from ogmkit.drawing.palette import themed
+from ogmkit.drawing.png import write_png
+from ogmkit.drawing.sheet import Heading, draw_sheet
 from ogmkit.errors import SettingsError, ShardError
-from ogmkit.pictures.bev_panel import plan_for
 from ogmkit.pictures.masks import MaskSet, open_sets
-from ogmkit.pictures.png import write_png
 from ogmkit.pictures.settings import PreviewSettings, View
-from ogmkit.pictures.sheet import Heading, draw_sheet
 from ogmkit.pictures.subjects import PLANE_SIZE, SUBJECTS
 from ogmkit.pictures.views import evenly, read_view
 from ogmkit.pipeline.amendment import chosen_cameras
+from ogmkit.pipeline.execution import Execution, run_over
 from ogmkit.shards.faults import REMEDY, damaged
 from ogmkit.shards.listed import listed_shard
 from ogmkit.shards.manifest import Manifest, ShardEntry, read_manifest
@@ -31,6 +34,7 @@ def preview(
     scenes: Sequence[str] = (),
     cameras: Sequence[str] = (),
     dataroot: Path | None = None,
+    workers: int = 0,
     on_progress: Callable[[int, int], None] | None = None,
 ) -> tuple[Path, ...]:
     """Draw contact sheets of shards.
@@ -43,6 +47,7 @@ def preview(
         scenes: names, or patterns such as `scene-00*`; empty = all.
         cameras: channels; empty = all.
         dataroot: where to find images that the shards only refer to; None draws an empty panel instead.
+        workers: number of worker processes, as of `ogmkit.pipeline.execution.Execution`.
         on_progress: called with (done, total) sheets.
 
     Returns:
@@ -61,16 +66,38 @@ def preview(
     chosen = _chosen(read_manifest(out), out, scenes, cameras)
     with output_errors(target):
         target.mkdir(parents=True, exist_ok=True)
-    sheets = [(*one, view) for one in chosen for view in dict.fromkeys(settings.views)]
-    written = []
-    for entry, camera, view in sheets:
-        path = target / f"{Path(entry.file).stem}_{camera}{_ending(view, settings.masks)}.png"
-        with listed_shard(out, entry) as shard:
-            write_png(path, draw_shard(shard, camera, view, settings, dataroot))
-        written.append(path)
+    sheets = [
+        _Sheet(
+            target / f"{Path(entry.file).stem}_{camera}{_ending(view, settings.masks)}.png",
+            (out, entry, camera),
+            view,
+            settings,
+            dataroot,
+        )
+        for entry, camera in chosen
+        for view in dict.fromkeys(settings.views)
+    ]
+    for done, _ in enumerate(run_over(_write, sheets, Execution(workers)), start=1):
         if on_progress is not None:
-            on_progress(len(written), len(sheets))
-    return tuple(written)
+            on_progress(done, len(sheets))
+    return tuple(sheet.path for sheet in sheets)
+
+
+@dataclass(frozen=True)
+class _Sheet:
+    """A sheet to draw: the file that it becomes, shards with entry and camera, and what to show of them."""
+
+    path: Path
+    place: tuple[Path, ShardEntry, str]
+    view: View
+    settings: PreviewSettings
+    dataroot: Path | None
+
+
+def _write(sheet: _Sheet) -> None:
+    out, entry, camera = sheet.place
+    with listed_shard(out, entry) as shard:
+        write_png(sheet.path, draw_shard(shard, camera, sheet.view, sheet.settings, sheet.dataroot))
 
 
 def draw_shard(
@@ -93,11 +120,12 @@ def draw_shard(
         pasts = [shard.dataset(camera, "trajectory/past")[index] for index in indices] if kind.paths else ()
         plan = plan_for(shard.grid, pasts, PLANE_SIZE)
         views = (read_view(shard, camera, index, dataroot=dataroot) for index in indices)
-        tiles = [kind.tile(view, plan, sets) for view in views]
+        with themed(settings.theme):
+            tiles = [kind.tile(view, plan, sets) for view in views]
+            heading = Heading(shard.scene, camera, _note(shard, camera, sets))
+            return draw_sheet(heading, tiles, kind.columns, kind.groups)
     except OSError as error:
         raise damaged(shard.path, error) from error
-    heading = Heading(shard.scene, camera, _note(shard, camera, sets))
-    return draw_sheet(heading, tiles, kind.columns, kind.groups)
 
 
 def _note(shard: Shard, camera: str, sets: Sequence[MaskSet]) -> str:
