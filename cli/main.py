@@ -39,6 +39,7 @@ COMMANDS = {
     "export": "Export a trained network to ONNX.",
     "preview": "Draw contact sheets of extracted frames.",
     "cache": "Show or clear the cache of decoded map masks.",
+    "doctor": "Show what this installation has, and what it lacks for what.",
 }
 """Commands in the order of work, with the first sentence of each one's help (a test compares them)."""
 
