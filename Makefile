@@ -15,7 +15,7 @@ EXACT := $(addprefix tests/,geometry raster homography footprints metrics test_g
 
 .DEFAULT_GOAL := help
 .PHONY: help install demo test slow harden mutants conformance conformance-env environments bench bench-learn bench-plan \
-	bench-real
+	bench-tables bench-real
 
 help:
 	@echo "make install      $(VENV) with the ogmkit command and what training needs"
@@ -26,8 +26,9 @@ help:
 	@echo "make mutants      change the exact modules one place at a time: do their own tests notice? half an hour"
 	@echo "make conformance  ogmkit beside the official nuScenes devkit, in $(DEVKIT)"
 	@echo "make bench        the figures of docs/performance.md, measured side by side"
-	@echo "make bench-learn  every stage-1 system trained on a synthetic world, one table; takes hours"
-	@echo "make bench-plan   every planner likewise, the second table; takes hours"
+	@echo "make bench-learn  every stage-1 system trained on synthetic worlds, in parts; takes hours (LEARN=--plan: shows them)"
+	@echo "make bench-plan   every planner likewise (PLAN=--plan)"
+	@echo "make bench-tables what these two have found so far, into benchmarks/RESULTS.md"
 	@echo "make bench-real   networks on real images, each scene left out once; takes hours (REAL=--quick: less)"
 
 define new_environment
@@ -42,7 +43,7 @@ $(VENV)/.installed: $(METADATA) constraints.txt
 	@touch $@
 
 $(VENV)/.installed-dev: $(VENV)/.installed
-	$(VENV)/bin/python -m pip install $(PIP_FLAGS) -e '.[dev,train,pretrained,onnx]' -c constraints.txt
+	$(VENV)/bin/python -m pip install $(PIP_FLAGS) -e '.[dev,train,pretrained,parquet,onnx]' -c constraints.txt
 	@touch $@
 
 $(VENV)/.installed-mutants: $(VENV)/.installed-dev
@@ -97,6 +98,7 @@ conformance: $(DEVKIT)/.installed
 
 bench: $(VENV)/.installed $(DEVKIT)/.installed
 	@$(DEVKIT)/bin/python benchmarks/drivable.py
+	@$(DEVKIT)/bin/python benchmarks/layers.py
 	@$(VENV)/bin/python benchmarks/frame.py
 	@$(VENV)/bin/python benchmarks/homographies.py
 	@$(VENV)/bin/python benchmarks/footprints.py
@@ -106,12 +108,15 @@ bench: $(VENV)/.installed $(DEVKIT)/.installed
 	@$(VENV)/bin/python benchmarks/tables.py
 	@$(VENV)/bin/python benchmarks/startup.py
 
+# What is missing is made, two parts at a time; LEARN="--minutes 120" starts none after two hours.
 bench-learn: $(VENV)/.installed-dev
-	$(VENV)/bin/python benchmarks/perception.py
+	$(VENV)/bin/python benchmarks/perception.py $(LEARN)
+
+bench-plan: $(VENV)/.installed-dev
+	$(VENV)/bin/python benchmarks/planning.py $(PLAN)
+
+bench-tables: $(VENV)/.installed-dev
+	$(VENV)/bin/python benchmarks/assemble.py
 
 bench-real: $(VENV)/.installed-dev
 	$(VENV)/bin/python benchmarks/real.py $(REAL)
-
-bench-plan: $(VENV)/.installed-dev
-	$(VENV)/bin/python benchmarks/planning.py
-	$(VENV)/bin/python benchmarks/planning_gain.py

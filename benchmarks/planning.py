@@ -1,103 +1,141 @@
-"""Every planner on one synthetic world of incidents: trained, evaluated beside controls, two tables (hours).
+"""Stage 2 on synthetic worlds of incidents, in parts: planners that see true masks, then those of images.
 
-`python benchmarks/planning.py [FOLDER]`: what is there is kept, so a run that was cut short goes on.
-The world, the sizes and the epochs are constants below; they fit two cores. The second table says which
-planner is better where.
+`python benchmarks/planning.py` makes what is missing, `--plan` says what that is and how long it takes;
+`python benchmarks/assemble.py` puts the tables of what is there into RESULTS.md. A part that was cut short
+resumes. Masks need no pictures, so that there are many scenes of them (`masks/…`, 300); the planners with
+images have a world of their own (`images/…`, 60), rows without images beside them. Every part is trained on
+the scenes of `train`, chooses its checkpoint by those of `val`, and tells figures of `test`.
 """
 
 import sys
-import time
-from pathlib import Path
+from dataclasses import dataclass
 
-from commands import divide, ogmkit, told, train_all
-from planning_pairs import pairs_table
+from bench_command import run_bench
+from bench_data import make_world, world_settings
+from bench_parts import Part
+from bench_plans import make_controls, make_gain, make_perception, make_planner
 
-from ogmkit.evaluation.formats import as_markdown
-from ogmkit.evaluation.planning.evaluate import evaluate_plans
-from ogmkit.evaluation.planning.sequences import sequences_of
-from ogmkit.evaluation.settings import EvaluateSettings
-from ogmkit.learn.predict.run import open_run
-
-CAMERA = "CAM_FRONT"
-SCENES, FRAMES, SEED = 176, 40, 23
-VAL, TEST = 8, 24  # scenes that choose the best checkpoint, and that the table is about
-WORLD = ["--num-scenes", SCENES, "--frames", FRAMES, "--seed", SEED, "--relief", 2, "--camera", CAMERA]
-WORLD += ["--incidents", "--no-lidar", "--image-size", "180x320", "--scenes-per-log", 1]
+NAME = "plan"
+MASKS, IMAGES = "masks", "images"
+WORLD_SEED = {MASKS: 23, IMAGES: 24}
+UNRENDERED = "16x16"
+"""Of a world whose pictures nobody looks at."""
 GRID = ["--cell-size", 0.5, "--rows", 80, "--columns", 48, "--ego-row", 80, "--ego-column", 24]
-COMMON = ["--workers", 0, "--flip", 0.5, "--optimizer", "adamw", "--schedule", "cosine"]
-IMAGES = ["--image-size", "64x128", "--encoder", "resnet18"]
-POOL = ["--pool-cells", 240]
-STAGE_1 = [*COMMON, *IMAGES, "--limit-frames", 2000, "--epochs", 3]
-PLAN = [*COMMON, "--lr", 3e-3, "--weight-decay", 0.1]
-LONG = [*PLAN, "--epochs", 20]
-SHORT = [*PLAN, "--batch-size", 4, "--epochs", 2]
-SEEDS, WARP_SEEDS = range(3), range(2)
+PERCEPTION = f"{IMAGES}/footprints"
 
 
-def past_planners():
-    """Trainings from the past alone; the short ones see as many sequences as those from images."""
-    return {
-        **{f"lstm-ed-{seed}": ["lstm-ed", *LONG, "--seed", seed] for seed in SEEDS},
-        **{f"lstm-ed-short-{seed}": ["lstm-ed", *SHORT, "--seed", seed] for seed in SEEDS},
-    }
+@dataclass(frozen=True)
+class Sizes:
+    """What decides how long it takes."""
+
+    mask_split: tuple = (240, 20, 40)
+    image_split: tuple = (40, 8, 12)
+    frames: int = 40
+    rendered: str = "90x160"
+    images: str = "64x128"
+    encoder: str = "resnet18"
+    epochs: int = 15
+    perception_epochs: int = 4
+    image_epochs: int = 3
+    gain_epochs: int = 60
+    seeds: tuple = (0, 1, 2)
 
 
-def mask_planners():
-    """Trainings from true masks; some are short as those of the past alone."""
-    return {
-        **{f"mid-to-end-{seed}": ["mid-to-end", *LONG, *POOL, "--seed", seed] for seed in SEEDS},
-        **{
-            f"mid-to-end-np-{seed}": ["mid-to-end", *LONG, *POOL, "--seed", seed, "--no-past"]
-            for seed in SEEDS
-        },
-        **{f"mid-to-end-short-{seed}": ["mid-to-end", *SHORT, *POOL, "--seed", seed] for seed in SEEDS},
-    }
+TOY = Sizes((1, 1, 1), (1, 1, 1), 13, "64x128", "32x64", "tu-test_resnet", 1, 1, 1, 1, (0,))
 
 
-def image_planners(folder):
-    """Trainings from images; those that look through footprints begin with stage 1's."""
-    holistic = [*SHORT, *IMAGES, *POOL, "--perception", folder / "footprints"]
-    return {
-        **{f"holistic-{seed}": ["holistic", *holistic, "--seed", seed] for seed in WARP_SEEDS},
-        **{f"holistic-cv-{seed}": ["holistic-cv", *holistic, "--seed", seed] for seed in WARP_SEEDS},
-        "holistic-np": ["holistic", *holistic, "--no-past"],
-        "end-to-end": ["end-to-end", *SHORT, *IMAGES],
-        "end-to-end-np": ["end-to-end", *SHORT, *IMAGES, "--no-past"],
-    }
+def parts_of(toy):
+    """All parts, in order."""
+    sizes = TOY if toy else Sizes()
+    yield _world(MASKS, sizes.mask_split, UNRENDERED, sizes)
+    yield _controls(MASKS)
+    for seed in sizes.seeds:
+        yield _from_masks("mid-to-end-linear", ["mid-to-end", *_pooled(), "--mean", "linear"], seed, sizes)
+    yield _gain(sizes)
+    for seed in sizes.seeds:
+        yield _from_masks("lstm-ed-linear", ["lstm-ed", "--mean", "linear"], seed, sizes)
+        yield _from_masks("mid-to-end", ["mid-to-end", *_pooled()], seed, sizes)
+        yield _from_masks("lstm-ed", ["lstm-ed"], seed, sizes)
+        yield _from_masks("mid-to-end-np", ["mid-to-end", *_pooled(), "--no-past"], seed, sizes)
+    yield _world(IMAGES, sizes.image_split, sizes.rendered, sizes)
+    yield _controls(IMAGES)
+    yield _perception(sizes)
+    for seed in sizes.seeds:
+        for frozen in (True, False):
+            yield _holistic("holistic", seed, frozen, sizes)
+            yield _holistic("holistic-cv", seed, frozen, sizes)
 
 
-def main():
-    folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".bench/planning").resolve()
-    folder.mkdir(parents=True, exist_ok=True)
-    started = time.monotonic()
-    shards = make_shards(folder)
-    splits, _ = divide(folder, shards, VAL, TEST)
-    from_past, from_masks, from_images = past_planners(), mask_planners(), image_planners(folder)
-    homography = {"homography": ["homography", *STAGE_1, "--lr", 5e-4]}
-    seconds = train_all(folder, shards, splits, homography | from_past)
-    ogmkit("predict", "homography", shards, "--checkpoint", folder / "homography")
-    ogmkit("render-footprints", shards, "--homography", "network", "--scale", 1, "--workers", 2)
-    footprints = {"footprints": ["footprints", *STAGE_1, "--lr", 1e-3]}
-    seconds |= train_all(folder, shards, splits, footprints | from_masks)
-    seconds |= train_all(folder, shards, splits, from_images)
-    runs = [folder / name for name in {**from_images, **from_past, **from_masks}]
-    sequences = sequences_of(shards, split=None, split_file=splits, cameras=(), limit=None)
-    settings = EvaluateSettings(samples=len(sequences))
-    found = evaluate_plans(shards, [open_run(run) for run in runs], settings, split_file=splits)
-    print(as_markdown(found))
-    print(f"\n{pairs_table(sequences, found.samples)}")
-    print(f"\nSeconds of each training, a core each: {told(seconds)}")
-    print(f"In all {(time.monotonic() - started) / 3600:.2f} h (this run; what was there was kept)")
+def _world(world, split, image_size, sizes):
+    seen = world == IMAGES
+    settings = world_settings(
+        split=split,
+        frames=sizes.frames,
+        seed=WORLD_SEED[world],
+        image_size=image_size,
+        annotate_by="rendered" if seen else "all",
+        more=["--incidents", "--no-lidar"],
+        extract=[*GRID, "--images", "bytes" if seen else "none"],
+        sources="surface" if seen else "",
+        masks=["warp"] if seen else [],
+    )
+    return Part(f"{world}/data", 12 if seen else 35, settings, make_world)
 
 
-def make_shards(folder):
-    world, shards = folder / "world", folder / "shards"
-    if not world.exists():
-        ogmkit("synthesize", world, *WORLD)
-    ogmkit("extract", world, shards, *GRID, "--workers", 2, "--cache-dir", folder / "cache")
-    ogmkit("homography-fit", shards, "--workers", 2)
-    return shards
+def _controls(world):
+    return Part(f"{world}/controls", 1, {"data": f"{world}/data"}, make_controls, (f"{world}/data",))
+
+
+def _gain(sizes):
+    settings = {"data": f"{MASKS}/data", "seeds": [*sizes.seeds], "epochs": sizes.gain_epochs}
+    return Part(f"{MASKS}/regression", 5, settings, make_gain, (settings["data"],))
+
+
+def _from_masks(name, train, seed, sizes):
+    options = [*_planning(), "--epochs", sizes.epochs]
+    data = f"{MASKS}/data"
+    settings = {"data": data, "seed": seed, "train": [*train, *options]}
+    return Part(f"{MASKS}/{name}-{seed}", 5, settings, make_planner, (data,))
+
+
+def _perception(sizes):
+    data = f"{IMAGES}/data"
+    train = ["footprints", *_common(), *_images(sizes), "--balance", "weighted", "--masks", "surface"]
+    train += ["--lr", 1e-3, "--epochs", sizes.perception_epochs]
+    return Part(PERCEPTION, 10, {"data": data, "seed": 0, "train": train}, make_perception, (data,))
+
+
+def _holistic(system, seed, frozen, sizes):
+    """With a perception that stays as it was learnt, or is trained on.
+
+    Both have the linear mean, so that what differs is what they see: from nothing, so few steps are spent on
+    learning to use the destination.
+    """
+    train = [system, *_images(sizes), *_planning(), *_pooled(), "--mean", "linear", "--masks", "surface"]
+    train += ["--batch-size", 4, "--epochs", sizes.image_epochs, "--balance", "weighted"]
+    train += ["--warp", "surface"] if system == "holistic" else []
+    train += ["--freeze", "perception"] if frozen else []
+    needs = (f"{IMAGES}/data", PERCEPTION)
+    settings = {"data": needs[0], "perception": PERCEPTION, "seed": seed, "train": train}
+    name = f"{system}-frozen" if frozen else system
+    return Part(f"{IMAGES}/{name}-{seed}", 10 if frozen else 25, settings, make_planner, needs)
+
+
+def _planning():
+    return [*_common(), "--lr", 3e-3, "--weight-decay", 0.1]
+
+
+def _common():
+    return ["--workers", 0, "--flip", 0.5, "--optimizer", "adamw", "--schedule", "cosine"]
+
+
+def _images(sizes):
+    return ["--image-size", sizes.images, "--encoder", sizes.encoder]
+
+
+def _pooled():
+    return ["--pool-cells", 240]
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(run_bench(NAME, parts_of, __doc__))

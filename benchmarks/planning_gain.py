@@ -1,22 +1,14 @@
 """What there is to see: a planner from the past alone beside one that is also told where vehicles are.
 
-`python benchmarks/planning_gain.py [FOLDER]`, on the shards that `benchmarks/planning.py` made: a small
-regression from past and destination, with and without numbers taken from the annotated boxes (the vehicle
-ahead: its gap and its last four speeds; up to three that stand near the way). What the second gains, no
-planner that sees masks has to reach, but it shows that there is something to see.
+A small regression from past and destination, with and without numbers taken from the annotated boxes (the
+vehicle ahead: its gap and its last four speeds; up to three that stand near the way). What the second gains,
+no planner that sees masks has to reach, but it shows that there is something to see.
 """
-
-import sys
-from pathlib import Path
 
 import numpy as np
 import torch
 from torch import nn
 
-from ogmkit.samples.index import index_sequences
-from ogmkit.samples.spec import SampleSpec
-from ogmkit.samples.splits import divide_scenes
-from ogmkit.shards.manifest import read_manifest
 from ogmkit.shards.reader import Shard
 
 CAMERA = "CAM_FRONT"
@@ -25,7 +17,7 @@ AHEAD_M, NEAR_M = (-8.0, 45.0), 3.4
 STILL_M_S = 0.15
 MIRRORED = (1, *(3 + BACK + 5 * number + 1 for number in range(STANDING)))
 """Places of the numbers that change their sign in a mirror."""
-EPOCHS, BATCH, WIDTH, SEEDS = 60, 32, 128, range(3)
+BATCH, WIDTH = 32, 128
 
 
 def trail(instance, boxes):
@@ -57,9 +49,8 @@ def tell(boxes, times_s):
     return found
 
 
-def read(shards, scenes):
-    """Past, future and what there is to see of all sequences of some scenes."""
-    index = index_sequences(shards, scenes, (CAMERA,), needs=SampleSpec(trajectory=True), valid_only=False)
+def read(index):
+    """Past, future and what there is to see of the sequences of an index."""
     parts = []
     for number, path in enumerate(index.paths):
         with Shard(path) as shard:
@@ -101,7 +92,7 @@ def inputs(past, future, told):
     ), told
 
 
-def errors_m(train, test, *, is_told, seed):
+def errors_m(train, test, *, is_told, seed, epochs):
     """(N, 5, 2) errors on `test` of a network that adds to a linear fit from past and destination."""
     torch.manual_seed(seed)
     (base, more), (test_base, test_more) = inputs(*train), inputs(*test)
@@ -117,7 +108,7 @@ def errors_m(train, test, *, is_told, seed):
         nn.Linear(given.shape[1], WIDTH), nn.ReLU(), nn.Dropout(0.1),
         nn.Linear(WIDTH, WIDTH), nn.ReLU(), nn.Linear(WIDTH, rest.shape[1]),
     )  # fmt: skip
-    steps = EPOCHS * len(given) // BATCH
+    steps = epochs * len(given) // BATCH + 1
     optimizer = torch.optim.AdamW(network.parameters(), weight_decay=0.05)
     schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, 5e-3, total_steps=steps)
     for _ in range(steps):
@@ -132,22 +123,19 @@ def errors_m(train, test, *, is_told, seed):
     return found.reshape(-1, STEPS, 2) - test[1][:, :STEPS]
 
 
-def main():
-    folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".bench/planning").resolve()
-    torch.set_num_threads(1)
-    shards = folder / "shards"
-    division = divide_scenes(shards, read_manifest(shards), split_file=folder / "splits.json")
-    train, test = (read(shards, scenes) for scenes in (division.train, division.test))
+def regression_errors(training, reported, seeds, epochs):
+    """{what it is told, seed by seed: (N, 5, 2) errors in metres}.
+
+    Args:
+        training: index of the sequences to learn from; their mirror images are learnt as well.
+        reported: of the N sequences to score.
+        seeds: of the networks.
+        epochs: passes over the sequences.
+    """
+    train, test = read(training), read(reported)
     train = [np.concatenate(both) for both in zip(train, mirrored(*train), strict=True)]
-    print(
-        "Metres, mean up to 2.5 s:\n\n| told | ADE | longitudinal | lateral |\n| --- | ---: | ---: | ---: |"
-    )
-    for is_told, name in ((False, "past, destination"), (True, "vehicles, too")):
-        for seed in SEEDS:
-            errors = errors_m(train, test, is_told=is_told, seed=seed)
-            figures = np.linalg.norm(errors, axis=-1).mean(), *np.abs(errors).mean((0, 1))
-            print(f"| {name}, seed {seed} |", *(f"{figure:.3f} |" for figure in figures))
-
-
-if __name__ == "__main__":
-    main()
+    found = {}
+    for is_told, name in ((False, "regression"), (True, "regression-told")):
+        for seed in seeds:
+            found[f"{name}-{seed}"] = errors_m(train, test, is_told=is_told, seed=seed, epochs=epochs)
+    return found

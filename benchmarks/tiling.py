@@ -3,17 +3,19 @@
 import numpy as np
 
 
-def tiled(layers, size_m, tiles):
-    """Repeat the drivable polygons of a map.
+def tiled(layers, size_m, tiles, wanted=("drivable_area",)):
+    """Repeat the polygons and lines of some layers of a map.
 
     Args:
         layers: the map's JSON.
         size_m: (east, north) size of one tile.
         tiles: (east, north) numbers of tiles.
+        wanted: names of the layers; all others are empty.
     """
     result = {key: [] if isinstance(value, list) else value for key, value in layers.items()}
     result["canvas_edge"] = (np.array(size_m) * tiles).tolist()
-    areas = {token for area in layers["drivable_area"] for token in area["polygon_tokens"]}
+    records = [record for name in wanted for record in layers[name]]
+    shapes = {token for record in records for token in shape_tokens(record)}
     for tile in np.ndindex(*tiles):
         suffix = "-{}-{}".format(*tile)
         east_m, north_m = np.array(size_m) * tile
@@ -21,18 +23,26 @@ def tiled(layers, size_m, tiles):
             {"token": node["token"] + suffix, "x": node["x"] + east_m, "y": node["y"] + north_m}
             for node in layers["node"]
         ]
-        result["polygon"] += [renamed(row, suffix) for row in layers["polygon"] if row["token"] in areas]
-        result["drivable_area"] += [renamed(row, suffix) for row in layers["drivable_area"]]
+        for kind in ("polygon", "line"):
+            result[kind] += [renamed(row, suffix) for row in layers[kind] if row["token"] in shapes]
+        for name in wanted:
+            result[name] += [renamed(row, suffix) for row in layers[name]]
     return result
+
+
+def shape_tokens(record):
+    """Tokens of a layer's record's polygons or line."""
+    one = [record[key] for key in ("polygon_token", "line_token") if key in record]
+    return record.get("polygon_tokens", one)
 
 
 def renamed(record, suffix):
     """A map record whose own and others' tokens carry a suffix."""
     result = dict(record)
     for key, value in record.items():
-        if key == "holes":
-            result[key] = [renamed(hole, suffix) for hole in value]
-        elif key == "token":
+        if key == "holes" or key.endswith("_segments"):
+            result[key] = [renamed(part, suffix) for part in value]
+        elif key in ("token", "node_token", "polygon_token", "line_token"):
             result[key] = value + suffix
         elif key.endswith("_tokens"):
             result[key] = [token + suffix for token in value]

@@ -43,6 +43,7 @@ _NAMED = 3
     cls=Command,
     examples=(
         "ogmkit extract dataroot shards --workers 8",
+        "ogmkit extract dataroot shards --layers drivable_area,lane --classes car,truck,bus --instances",
         "ogmkit extract dataroot labels --definition lss,cvt --scenes 'scene-00*'",
     ),
 )
@@ -79,7 +80,8 @@ def command(
     """Turn a dataset into training targets, one HDF5 shard a scene.
 
     Each scene of DATAROOT becomes OUT/<scene>.h5 with rasters, boxes, trajectories, calibration and images;
-    OUT/manifest.json lists them. --definition stores labels as other repositories draw them, to the cell. To
+    OUT/manifest.json lists them. --layers, --classes, --instances and --future add rasters on the same grid.
+    --definition stores labels as other repositories draw them, to the cell. To
     resume after an interruption, run the same command again.
     Scenes that fail are named at the end, with exit code 1; scenes that are left out are named too, with exit
     code 0 unless none is left.

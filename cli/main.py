@@ -37,6 +37,8 @@ COMMANDS = {
     "evaluate": "Score trained networks by the paper's tables.",
     "run": "Run the whole chain: shards, networks, both tables.",
     "export": "Export a trained network to ONNX.",
+    "export-shards": "Write shards for WebDataset, Parquet or Hugging Face.",
+    "export-cvt": "Write labels for cross_view_transformers' training code.",
     "preview": "Draw contact sheets of extracted frames.",
     "cache": "Show or clear the cache of decoded map masks.",
     "doctor": "Show what this installation has, and what it lacks for what.",
@@ -44,7 +46,10 @@ COMMANDS = {
 """Commands in the order of work, with the first sentence of each one's help (a test compares them)."""
 
 
-RESUMABLE = {"extract", "homography-fit", "render-footprints", "train", "predict", "run"}
+RESUMABLE = {
+    *("extract", "homography-fit", "render-footprints", "train", "predict", "run"),
+    *("export-shards", "export-cvt"),
+}
 """Commands that resume where they were interrupted when they are run again."""
 
 

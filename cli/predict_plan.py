@@ -87,14 +87,14 @@ def plan(source: Path, out: Path | None, calibration: Path | None, **values: Any
 
     From SOURCE, a folder of shards that `ogmkit extract` wrote: a list with an object a line for each
     sequence of six images whose last has a valid trajectory. With --calibration, from SOURCE, a folder of six
-    images, 0.5 s apart, oldest first by their names: a list of one object. FILE is one JSON object with
-    positions (six [x, y] in metres, the last one 0, 0), destination ([x, y] in 3 s) and, as the planner needs
-    them, image_size and a way to the plane. See docs/predict.md.
+    images, 0.5 s apart, oldest first by their names: a list of one object. FILE is one JSON object with what
+    the planner needs of positions (six [x, y] in metres, the last one 0, 0), destination ([x, y] in 3 s),
+    image_size and a way to the plane. See docs/predict.md.
 
-    An object holds destination and plan: for 0.5, 1.0 … 2.5 s the mean (x, y), standard deviations (sigma_x,
-    sigma_y) and correlation (rho) of a Gaussian, in metres, x ahead and y left of the last image's ego. With
-    --samples there are trajectories drawn from these, each step independently. Nothing else is written to
-    stdout.
+    An object holds destination and plan: for 0.5, 1.0 … 2.5 s (and 3 s, where the planner isn't told the
+    destination) the mean (x, y), standard deviations (sigma_x, sigma_y) and correlation (rho) of a Gaussian,
+    in metres, x ahead and y left of the last image's ego. With --samples there are trajectories drawn from
+    these, each step independently. Nothing else is written to stdout.
     """
     require_fitting(calibration, values["homography_checkpoint"], (*OF_SHARDS, "--batch-size", "--workers"))
     require_train()

@@ -57,6 +57,10 @@ def command(
     stretch     the plane; whole bodies and footprints, each warped to the plane: why
                 footprints (needs the set full-body, too)
     masks       image, masks in the camera's view, masks from above
+    layers      images with boxes; map layers; classes; instances with their way to
+                the next frame (needs extract --layers, --classes or --instances)
+    surround    one PNG a scene: all six images round the raster of the sample
+                (needs `ogmkit extract --definition paper,surround`)
 
     Writes the files' names to stdout.
     """  # noqa: D301  # Click wants the character

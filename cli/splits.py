@@ -10,7 +10,7 @@ import click
 from click.core import ParameterSource
 
 from ogmkit.base.stated import stated_fields
-from ogmkit.nuscenes.disjoint import DisjointSettings
+from ogmkit.nuscenes.disjoint_settings import DisjointSettings
 
 from .command import Command
 from .options import dataroot_argument, json_option, split_file_option, version_option

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from ogmkit.base.steps import STEP_S, STEPS, nearest_rows
-from ogmkit.geometry.se3 import level_from_global
+from ogmkit.geometry.se3 import level_from_global, transform_points
 from ogmkit.typing import BoolArray, FloatArray, IntArray, UInt8Array
 
 AROUND = range(-STEPS, STEPS + 1)
@@ -120,6 +120,15 @@ class FrameRecord:
         result: FloatArray = self.level_from_global @ self.global_from_ego @ self.ego_from_camera
         return result
 
+    @property
+    def lidar_centre_level(self) -> FloatArray:
+        """(3,) where the LiDAR was when it swept, metres, this frame's level frame; NaN without a sweep."""
+        if self.lidar is None:
+            return np.full(3, np.nan)
+        centre_global = self.lidar.global_from_lidar[None, :3, 3]
+        result: FloatArray = transform_points(self.level_from_global, centre_global)[0]
+        return result
+
 
 @dataclass(frozen=True, eq=False)
 class KeyFrame:
@@ -134,6 +143,7 @@ class KeyFrame:
         lidar_path: the sweep's file, relative to the root; it may be absent.
         boxes: all annotations of the sample, in the table's order.
         camera: the front camera's frame of the sample; None where none is asked for.
+        map_path: the drivable-area mask, relative to the root; empty where none is asked for.
     """
 
     dataroot: Path
@@ -144,6 +154,7 @@ class KeyFrame:
     lidar_path: str
     boxes: Boxes
     camera: FrameRecord | None = None
+    map_path: str = ""
 
 
 @dataclass(frozen=True)

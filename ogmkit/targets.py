@@ -1,17 +1,21 @@
 """A frame's training targets from its record, its map's mask and its files."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from ogmkit.base.files import fault_of, read_bytes
 from ogmkit.base.images import image_size
 from ogmkit.errors import DataFileError, FrameFileError
 from ogmkit.frames import FrameRecord
+from ogmkit.further_targets import NOTHING, Around, Rasters, further_targets
 from ogmkit.nuscenes.maps import MapMask, MaskStore
 from ogmkit.nuscenes.paths import resolve
 from ogmkit.raster.drivable import drivable_mask
 from ogmkit.raster.field_of_view import field_of_view_mask
+from ogmkit.raster.layers import LayerMap, open_layers
 from ogmkit.raster.lidar import lidar_points_level
+from ogmkit.raster.seen import seen_masks
 from ogmkit.raster.vehicles import select, vehicle_mask
 from ogmkit.target_settings import TargetSettings
 from ogmkit.trajectories import Trajectory, trajectory
@@ -31,6 +35,9 @@ class FrameTargets:
         trajectory: past and future of the ego.
         image: the bytes of the original file (JPEG or PNG), None unless the settings keep them.
         lidar_points: (P, 4) float32 x, y, z (metres, level frame) and intensity, None unless asked for.
+        further: rasters beside the paper's, by their names in shards, such as `layers/lane`.
+        seen: `rays` and `lidar`, as far as they are asked for → (rows, columns) uint8, 1 where the cell is
+            seen; all within the field of view.
     """
 
     drivable: UInt8Array | None
@@ -39,6 +46,8 @@ class FrameTargets:
     trajectory: Trajectory
     image: bytes | None
     lidar_points: Float32Array | None
+    further: Rasters = field(default_factory=dict)
+    seen: Mapping[str, UInt8Array] = field(default_factory=dict)
 
 
 def frame_targets(
@@ -46,30 +55,47 @@ def frame_targets(
 ) -> FrameTargets:
     """Make a frame's targets; its map's mask is decoded once per machine and then only opened.
 
+    Of a frame by itself, instances are numbered in the order of its vehicles. Nothing is known of the frames
+    after it: flow is NaN, and no future is valid.
+
     Args:
         frame: the frame.
         settings: what targets to make; the defaults by default.
         cache_dir: folder of decoded map masks; the platform's cache folder by default.
 
     Raises:
-        DataFileError: the map's mask, the image or the LiDAR sweep is absent or damaged.
+        DataFileError: the map's mask or expansion, the image or the LiDAR sweep is absent or damaged.
         TableError: a file name leaves the dataset's root.
         OutputError: the cache folder can't be written.
     """
     chosen = settings or TargetSettings()
-    if chosen.no_map:
-        return build_targets(frame, chosen, None)
-    map_mask = MaskStore(cache_dir).open(resolve(frame.dataroot, frame.map_path))
-    return build_targets(frame, chosen, map_mask)
+    map_mask = None
+    if not chosen.no_map:
+        map_mask = MaskStore(cache_dir).open(resolve(frame.dataroot, frame.map_path))
+    return build_targets(frame, chosen, map_mask, Around(layers_of(frame, chosen)))
 
 
-def build_targets(frame: FrameRecord, settings: TargetSettings, map_mask: MapMask | None) -> FrameTargets:
+def layers_of(frame: FrameRecord, settings: TargetSettings) -> LayerMap:
+    """The layers of a frame's map that the settings name.
+
+    Raises:
+        DataFileError: the map's expansion is absent or damaged.
+    """
+    if not settings.layers:
+        return {}
+    return open_layers(frame.dataroot, frame.location, settings.layers, settings.line_m)
+
+
+def build_targets(
+    frame: FrameRecord, settings: TargetSettings, map_mask: MapMask | None, around: Around = NOTHING
+) -> FrameTargets:
     """Make a frame's targets.
 
     Args:
         frame: the frame.
         settings: what targets to make.
         map_mask: the map's; None leaves the drivable area out.
+        around: what further rasters need.
 
     Raises:
         DataFileError: the image or LiDAR sweep is absent or damaged.
@@ -77,14 +103,18 @@ def build_targets(frame: FrameRecord, settings: TargetSettings, map_mask: MapMas
     """
     grid, level_from_global = settings.grid, frame.level_from_global
     image = None if settings.images == "none" else read_image(frame)
+    points = lidar_points_level(frame) if settings.lidar_source else None
+    view = field_of_view_mask(grid, frame.intrinsics, frame.level_from_camera, frame.image_size)
     shown = select(frame.boxes, *settings.labels)
     return FrameTargets(
         drivable=None if map_mask is None else drivable_mask(grid, level_from_global, map_mask),
         vehicles=vehicle_mask(grid, level_from_global, shown),
-        field_of_view=field_of_view_mask(grid, frame.intrinsics, frame.level_from_camera, frame.image_size),
+        field_of_view=view,
         trajectory=trajectory(frame, settings.gap_s, step_s=settings.step_s),
         image=image if settings.images == "bytes" else None,
-        lidar_points=lidar_points_level(frame) if settings.lidar else None,
+        further=further_targets(level_from_global, frame.boxes, settings, around),
+        lidar_points=points if settings.lidar else None,
+        seen=seen_masks(frame, grid, view, settings.seen, points),
     )
 
 

@@ -4,8 +4,11 @@ from ogmkit.learn.data.augment import Augmentation
 from ogmkit.learn.data.frames import FrameDataset
 from ogmkit.learn.data.loader import BatchLoader, EpochBatches, loader
 from ogmkit.learn.data.sequences import SequenceDataset
+from ogmkit.learn.data.surround import SurroundDataset
 from ogmkit.samples.index import index_frames, index_sequences
 from ogmkit.samples.spec import SampleSpec
+from ogmkit.samples.surround import index_surround
+from ogmkit.samples.surround_spec import SurroundSpec
 
 __all__ = [
     "Augmentation",
@@ -14,7 +17,10 @@ __all__ = [
     "FrameDataset",
     "SampleSpec",
     "SequenceDataset",
+    "SurroundDataset",
+    "SurroundSpec",
     "index_frames",
     "index_sequences",
+    "index_surround",
     "loader",
 ]

@@ -265,6 +265,46 @@ def sample_shards(shared_folder, make_sample_shards):
     return shared_folder("samples", fill) / "out"
 
 
+FURTHER = {
+    "layers": ("drivable_area", "lane_divider"),
+    "classes": ("car", "large=bus+truck"),
+    "instances": True,
+    "flow": True,
+    "future": 2,
+}
+
+
+@pytest.fixture(scope="session")
+def further_settings():
+    """Settings of targets that ask for something of all that lies beside the paper's."""
+    return FURTHER
+
+
+@pytest.fixture(scope="session")
+def further_shards(shared_folder, make_sample_shards):
+    """The sample shards with that, without homographies and footprints; tests only read them."""
+    return shared_folder("further", lambda folder: make_sample_shards(folder, lidar=True, **FURTHER)) / "out"
+
+
+@pytest.fixture(scope="session")
+def surround_shards(shared_folder, extract_all, tiny_dataroot, sample_grid):
+    """The tiny dataset with labels round the vehicle beside the paper's. Tests only read it."""
+    from ogmkit.shards.settings import ExtractSettings
+    from ogmkit.target_settings import TargetSettings
+
+    definitions = ("paper", "surround", "lss", "fiery", "cvt", "bevfusion", "pointbev")
+    settings = ExtractSettings(
+        TargetSettings(sample_grid), ("CAM_BACK", "CAM_FRONT"), definitions=definitions
+    )
+    return shared_folder("surround", lambda folder: extract_all(tiny_dataroot, folder, settings)) / "out"
+
+
+@pytest.fixture(scope="session")
+def seen_shards(shared_folder, make_sample_shards):
+    """The tiny dataset with all masks of cells that are seen. Tests only read it."""
+    return shared_folder("seen", lambda folder: make_sample_shards(folder, seen=("rays", "lidar"))) / "out"
+
+
 @pytest.fixture
 def copied_shards(sample_shards, tmp_path):
     """A copy of the sample shards, to be changed."""

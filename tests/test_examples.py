@@ -72,9 +72,20 @@ def test_its_pictures_are_drawn(own):
         assert cv2.imread(str(own / "pictures" / name)).std() > 10
 
 
-@pytest.mark.skipif(
+needs_torch = pytest.mark.skipif(
     importlib.util.find_spec("torch") is None, reason="torch is not installed: pip install 'ogmkit[train]'"
 )
+
+
+@needs_torch
+def test_a_network_of_all_cameras_learns_from_key_frames(surround_shards):
+    lines = run("surround_network.py", surround_shards, 30).splitlines()
+    losses = [float(re.fullmatch(r"step \d+: loss (\S+)", line)[1]) for line in lines]
+    assert len(losses) == 3
+    assert losses[-1] < 0.8 * losses[0]
+
+
+@needs_torch
 def test_a_network_of_ones_own_learns_from_them(own):
     lines = run("own_network.py", own / "shards", 3).splitlines()
     found = [re.fullmatch(r"epoch \d: loss (\S+), IoU (\S+) and (\S+)", line) for line in lines]

@@ -9,7 +9,7 @@ import pytest
 BLOCKED = """
 import sys
 for name in ("torch", "torchvision", "lightning", "kornia", "segmentation_models_pytorch", "torchmetrics",
-             "tensorboard", "yaml", "onnx", "onnxruntime", "matplotlib", "scipy"):
+             "tensorboard", "yaml", "onnx", "onnxruntime", "matplotlib", "scipy", "pyarrow"):
     sys.modules[name] = None
 from ogmkit_cli.main import main
 main(prog_name="ogmkit")
@@ -39,7 +39,8 @@ def shards(folder, tiny_dataroot):
 def test_every_module_of_the_core_imports_without_them():
     code = """
 import sys, pkgutil, importlib
-for name in ("torch", "lightning", "kornia", "segmentation_models_pytorch", "torchmetrics", "yaml", "onnx"):
+for name in ("torch", "lightning", "kornia", "segmentation_models_pytorch", "torchmetrics", "yaml", "onnx",
+             "pyarrow"):
     sys.modules[name] = None
 import ogmkit
 names = [module.name for module in pkgutil.walk_packages(ogmkit.__path__, "ogmkit.")
@@ -74,6 +75,7 @@ def test_the_data_commands_work(folder, shards, tiny_dataroot):
         ["render-footprints", shards, "--scale", "1"],
         ["verify", shards],
         ["inspect", shards],
+        ["export-shards", shards, folder / "tars", "--format", "webdataset"],
         ["preview", shards, "--out", folder / "pictures", "--frames", "1"],
     ):
         result = run(*arguments)
@@ -84,6 +86,16 @@ def test_evaluation_of_the_fixed_rows_needs_no_network(shards):
     result = run("evaluate", shards, "--format", "csv")
     assert result.returncode == 0, result.stderr
     assert result.stdout.startswith("system,definition,target,view,region,cells,metric,value,low,high,")
+
+
+def test_parquet_says_how_to_install_what_it_needs(folder, shards):
+    for layout in ("parquet", "hf"):
+        result = run("export-shards", shards, folder / layout, "--format", layout)
+        assert (result.returncode, result.stderr) == (
+            1,
+            "ogmkit: error: needs pyarrow, which is not installed: pip install 'ogmkit[parquet]'\n",
+        )
+        assert not (folder / layout).exists()
 
 
 def test_training_says_how_to_install_what_it_needs(folder, shards):

@@ -12,10 +12,11 @@ USES: Mapping[str, str] = MappingProxyType(
         CORE: "everything",
         "train": "train, adapt, predict, run, evaluate with RUNs, ogmkit.torch",
         "pretrained": "networks that begin with EfficientNet-Lite weights",
+        "parquet": "export-shards --format parquet and hf",
         "onnx": "export",
     }
 )
-"""Extra → what it is needed for; development's are nobody's else."""
+"""Extra → what it is needed for; those of development are left out."""
 
 _REQUIREMENT = re.compile(r"(?P<name>[\w.-]+)\s*(?P<bound>[^;]*)(?:;.*extra == ['\"](?P<extra>[\w-]+)['\"])?")
 

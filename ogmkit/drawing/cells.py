@@ -20,8 +20,8 @@ def target_colours(drivable: UInt8Array, vehicles: UInt8Array, field_of_view: UI
     table = np.array([colours.ground, colours.drivable, colours.vehicle], np.uint8)
     shown = table[np.where(vehicles > 0, 2, drivable > 0)]
     seen = field_of_view > 0
-    shown[~seen & _stripes(seen.shape, 1)] = colours.ground
-    return _with_edge(shown, seen)
+    shown[~seen & stripes(seen.shape, 1)] = colours.ground
+    return with_edge(shown, seen)
 
 
 def agreement_colours(
@@ -44,10 +44,10 @@ def agreement_colours(
     solid = np.array([colours.ground, colours.first, colours.second, colours.drivable], np.uint8)
     shown = solid[drivable]
     for code, slope in ((1, 1), (2, -1)):
-        shown[(drivable == code) & _stripes(seen.shape, slope)] = colours.ground
+        shown[(drivable == code) & stripes(seen.shape, slope)] = colours.ground
     on_top = np.array([colours.ground, colours.first, colours.second, colours.vehicle], np.uint8)
     shown = np.where((vehicles > 0)[..., None], on_top[vehicles], shown)
-    return _with_edge(shown, seen)
+    return with_edge(shown, seen)
 
 
 def overlap(true: UInt8Array, other: UInt8Array, field_of_view: UInt8Array) -> float:
@@ -57,18 +57,23 @@ def overlap(true: UInt8Array, other: UInt8Array, field_of_view: UInt8Array) -> f
     return int(np.count_nonzero(one & two & seen)) / union if union else float("nan")
 
 
-def _stripes(shape: tuple[int, ...], slope: int) -> BoolArray:
-    """(rows, columns) every other stripe of about fifty: as wide in a picture whatever the size of cells."""
+def stripes(shape: tuple[int, ...], slope: int) -> BoolArray:
+    """(rows, columns) every other stripe of about fifty: as wide in a picture whatever the size of cells.
+
+    Args:
+        shape: (rows, columns).
+        slope: 1 for stripes upward to the right, −1 for the others.
+    """
     period = max(_LEAST_PERIOD, shape[0] // _STRIPES)
     row, column = np.ogrid[: shape[0], : shape[1]]
     striped: BoolArray = (row + slope * column) % period < period // 2
     return striped
 
 
-def _with_edge(colours: UInt8Array, seen: BoolArray) -> UInt8Array:
-    """The cells with a line along the inner side of the view's edge."""
-    reach = 1 + 2 * max(1, seen.shape[0] // _EDGE_SHARE)
+def with_edge(colours: UInt8Array, area: BoolArray) -> UInt8Array:
+    """The cells, changed in place, with a line along the inner side of an area's edge, such as the view's."""
+    reach = 1 + 2 * max(1, area.shape[0] // _EDGE_SHARE)
     kernel = np.ones((reach, reach), np.uint8)
-    inner: NDArray[np.uint8] = np.asarray(cv2.erode(seen.astype(np.uint8), kernel), np.uint8)
-    colours[seen & (inner == 0)] = theme().text
+    inner: NDArray[np.uint8] = np.asarray(cv2.erode(area.astype(np.uint8), kernel), np.uint8)
+    colours[area & (inner == 0)] = theme().text
     return colours

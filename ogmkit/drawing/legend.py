@@ -7,6 +7,7 @@ import numpy as np
 from ogmkit.drawing.bev_panel import DOT_RADIUS, EGO_SHAPE
 from ogmkit.drawing.canvas import Canvas
 from ogmkit.drawing.cells import agreement_colours, target_colours
+from ogmkit.drawing.further_cells import LAYERS, class_colours, draw_way, instance_colours, layer_colours
 from ogmkit.drawing.palette import Colour, theme
 from ogmkit.typing import UInt8Array
 
@@ -122,6 +123,17 @@ def _box_entries() -> Iterator[Entry]:
         yield Canvas(_SIDE, _SIDE, getattr(theme(), colour)).pixels, label
 
 
+def _instance_entries() -> Iterator[Entry]:
+    nothing, inside = _uniform(0), _uniform(0)
+    inside[3:-3, 3:-3] = 1
+    quarters = np.repeat(np.arange(1, 5, dtype=np.uint8), _SIDE // 4)[None] + nothing
+    yield instance_colours(quarters, nothing, nothing, _uniform(1)), "vehicles, each in one colour"
+    yield instance_colours(nothing, inside, nothing, _uniform(1)), "later"
+    swatch = Canvas(_SIDE, _SIDE)
+    draw_way(swatch, np.array([[2, _MIDDLE], [_SIDE - 5, _MIDDLE]]))
+    yield swatch.pixels, "way to the next key frame"
+
+
 def _image_entries() -> Iterator[Entry]:
     for label in ("drivable", "vehicle"):
         yield Canvas(_SIDE, _SIDE, getattr(theme(), label)).pixels, label
@@ -146,10 +158,30 @@ def _uniform(value: int) -> UInt8Array:
     return np.full((_SIDE, _SIDE), value, dtype=np.uint8)
 
 
+def layer_group(layers: Iterable[str]) -> Group:
+    """Layers of the map, by their names in `LAYERS`."""
+    shown = {layer: _uniform(1) for layer in layers}
+    return "Map layers", lambda: (
+        (layer_colours({layer: shown[layer]}, _uniform(0)), layer.replace("_", " "))
+        for layer in LAYERS
+        if layer in shown
+    )
+
+
+def class_group(classes: Sequence[str]) -> Group:
+    """Classes, in their order."""
+    masks = np.eye(len(classes), dtype=np.uint8)[:, :, None, None] * _uniform(1)
+    return "Classes", lambda: (
+        (class_colours(mask, _uniform(0), _uniform(1)), name)
+        for name, mask in zip(classes, masks, strict=True)
+    )
+
+
 PLANE: Group = ("Plane", _cell_entries)
 EGO: Group = ("Ego", _ego_entries)
 BOXES: Group = ("Boxes, front filled", _box_entries)
 IMAGE: Group = ("Masks", _image_entries)
+INSTANCES: Group = ("Instances", _instance_entries)
 GROUND: Group = ("Plane", _ground_entries)
 VEHICLES: Group = ("Vehicles compared", _vehicle_entries)
 DRIVABLE: Group = ("Drivable area compared", _drivable_entries)

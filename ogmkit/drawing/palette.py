@@ -31,6 +31,10 @@ class Theme:
         alarm: letters that say what is wrong.
         ground: cells that are not drivable.
         drivable: drivable cells, and drivable pixels of an image.
+        carpark: cells of a layer of the map, as light as `drivable`; so are the three below.
+        walkway: the same.
+        road: the same, of road segments.
+        lane: the same.
         vehicle: vehicles; where two opinions are compared, what both have.
         first: the truth alone; the past; the median.
         second: the other opinion alone; the plan; the 90th percentile.
@@ -45,6 +49,10 @@ class Theme:
     alarm: Colour
     ground: Colour
     drivable: Colour
+    carpark: Colour
+    walkway: Colour
+    road: Colour
+    lane: Colour
     vehicle: Colour
     first: Colour
     second: Colour
@@ -62,6 +70,10 @@ THEMES: Mapping[ThemeName, Theme] = MappingProxyType(
             alarm=(255, 210, 43),
             ground=(18, 22, 34),
             drivable=(60, 117, 88),
+            carpark=(126, 44, 246),
+            walkway=(114, 108, 12),
+            road=(54, 114, 144),
+            lane=(84, 92, 198),
             vehicle=(255, 210, 43),
             first=(147, 209, 251),
             second=(251, 199, 207),
@@ -76,6 +88,10 @@ THEMES: Mapping[ThemeName, Theme] = MappingProxyType(
             alarm=(150, 60, 0),
             ground=(253, 253, 252),
             drivable=(105, 154, 111),
+            carpark=(170, 106, 252),
+            walkway=(144, 150, 12),
+            road=(138, 144, 162),
+            lane=(156, 132, 210),
             vehicle=(110, 30, 9),
             first=(0, 40, 136),
             second=(0, 4, 8),

@@ -30,7 +30,7 @@ def draw_plan_marks(
         canvas: with the plane drawn.
         plane: where it lies.
         mean: (K, 2) metres, level frame.
-        future: (K + 1, 2) the true points of these times, then the destination.
+        future: the true points of these times, then the destination where it is told: (K, 2) or (K + 1, 2).
         labels: of the K points, such as their times.
         outlines: (N, 2) of ellipses, in metres.
     """
@@ -41,7 +41,8 @@ def draw_plan_marks(
         _draw_labels(canvas, points, plane.pixels(future[: len(mean)]), labels)
         draw_line(canvas, plane.pixels(np.concatenate([np.zeros((1, 2)), mean])), colour)
         canvas.dots(points, colour, DOT_RADIUS + 1)
-        canvas.polygon(plane.pixels(future[len(mean) :]) + _DIAMOND, theme().future)
+        for destination in future[len(mean) :]:
+            canvas.polygon(plane.pixels(destination[None]) + _DIAMOND, theme().future)
 
 
 def _draw_labels(canvas: Canvas, points: FloatArray, true: FloatArray, labels: Sequence[str]) -> None:

@@ -108,6 +108,7 @@ def evaluate(
         learnt_from_reported=tuple(seen.learnt),
         definition=scope.definition,
         near_training=near_training(shards, scope.scenes, scope.training.scenes if scope.training else ()),
+        by_scene={tally.system: tally.by_scene() for tally in tallies},
     )
 
 

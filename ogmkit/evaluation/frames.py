@@ -11,6 +11,7 @@ import numpy as np
 from ogmkit.metrics.iou import code_of
 from ogmkit.shards.faults import damaged
 from ogmkit.shards.reader import Shard
+from ogmkit.shards.schema_seen import SEEN
 from ogmkit.typing import UInt8Array
 
 Place = tuple[str, str, int]
@@ -28,6 +29,7 @@ class Frame:
         index: place among the camera's frames.
         truth: (rows, columns) code of both rasters.
         field_of_view: (rows, columns) uint8 0/1.
+        seen: further kinds of cells that the shard has → (rows, columns) uint8 0/1.
     """
 
     shard: Shard
@@ -36,6 +38,7 @@ class Frame:
     index: int
     truth: UInt8Array
     field_of_view: UInt8Array
+    seen: Mapping[str, UInt8Array]
 
 
 class FrameReader:
@@ -83,8 +86,10 @@ class FrameReader:
         """A frame's truth and field of view; errors as of `truth`."""
         scene, camera, index = place
         shard = self.shard(scene)
-        seen = row(shard, camera, "field_of_view", index)
-        return Frame(shard, scene, camera, index, self.truth(place), seen)
+        view = row(shard, camera, "field_of_view", index)
+        kinds: tuple[str, ...] = shard.settings.targets.seen[1:]
+        seen = {kind: row(shard, camera, f"{SEEN}/{kind}", index) for kind in kinds}
+        return Frame(shard, scene, camera, index, self.truth(place), view, seen)
 
     def _close(self) -> None:
         if self._shard is not None:

@@ -17,7 +17,12 @@ _IOU_NAMES = {
     "mean_iou": "mean of foreground and background IoU",
     TUNED_IOU: "foreground IoU at each run's own thresholds",
 }
-_CELL_NAMES = {"all": "all cells", "fov": "cells in the field of view"}
+_CELL_NAMES = {
+    "all": "all cells",
+    "fov": "cells in the field of view",
+    "rays": "cells in view that no box hides",
+    "lidar": "cells in view as far as LiDAR points",
+}
 _COLUMNS = {
     ("camera", "full"): "camera",
     **{("bev", region): "BEV full" if region == "full" else region for region in REGIONS},
@@ -95,7 +100,8 @@ def _tuned(evaluation: Evaluation) -> bool:
 
 def _rest(evaluation: Evaluation, intervals: bool) -> Iterator[Table]:
     """All tables but the headline."""
-    readings = [_iou_table(evaluation, metric, cells, intervals) for metric in IOUS for cells in CELLS]
+    kinds = dict.fromkeys(one.cells for one in evaluation.figures if one.view == "bev")
+    readings = [_iou_table(evaluation, metric, cells, intervals) for metric in IOUS for cells in kinds]
     yield from further_tables(readings, intervals)
     yield _pairs_table(evaluation, intervals)
 

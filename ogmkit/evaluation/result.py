@@ -1,12 +1,13 @@
 """What an evaluation found."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from ogmkit.evaluation.frames import Place
 from ogmkit.grid import GridSpec
 from ogmkit.target_settings import TargetSettings
-from ogmkit.typing import UInt8Array
+from ogmkit.typing import IntArray, UInt8Array
 
 PAPER = "paper"
 """The paper's definition of labels (design.md §3)."""
@@ -38,7 +39,8 @@ class Figure:
         target: `drivable` or `vehicles`.
         view: `camera` or `bev`.
         region: `full`, `close` or `far`.
-        cells: `all`, or `fov` for those in the field of view.
+        cells: `all`, or `fov` for those in the field of view; of these, `rays` and `lidar`, where shards have
+            them (`ogmkit.raster.seen`).
         metric: `foreground_iou`, or `mean_iou` with the background's; `tuned_iou`, the foreground's at the
             thresholds that a run has chosen on its validation; of neighbouring vehicles
             (`ogmkit.metrics.separation`) the number of `pairs`, of `pairs_found`, and the share of these that
@@ -78,6 +80,25 @@ class Sample:
 
 
 @dataclass(frozen=True, eq=False)
+class SceneCounts:
+    """What the figures of one row are made of, scene by scene, for comparing rows on the same scenes.
+
+    `ogmkit.metrics.iou.iou` makes IoUs of sums of it, `ogmkit.metrics.bootstrap.estimate` their intervals.
+
+    Attributes:
+        bev: (scenes, target, region, cells, outcome) int64, as `ogmkit.metrics.iou.BevCounter` counts.
+        image: (scenes, target, outcome) int64, in camera view; zeros where a row has nothing there.
+        tuned_bev: as `bev`, at the run's own thresholds; zeros where it has none.
+        pairs: (scenes, 3) int64: `pairs`, `pairs_found`, and those that are told apart.
+    """
+
+    bev: IntArray
+    image: IntArray
+    tuned_bev: IntArray
+    pairs: IntArray
+
+
+@dataclass(frozen=True, eq=False)
 class Evaluation:
     """All figures, and what they were found on.
 
@@ -99,6 +120,7 @@ class Evaluation:
         learnt_from_reported: names of the runs that learnt from such scenes.
         definition: of the labels.
         near_training: share of the reported scenes' key frames near one of those to learn from, or NaN.
+        by_scene: row → its counts; scenes in the order that the split has them.
     """
 
     split: str
@@ -118,3 +140,4 @@ class Evaluation:
     learnt_from_reported: tuple[str, ...] = ()
     definition: str = PAPER
     near_training: float = math.nan
+    by_scene: Mapping[str, SceneCounts] = field(default_factory=dict)

@@ -42,6 +42,7 @@ class Scope:
         homography: the source that masks are warped by, or one for each mask; None where there is no
             preferred one.
         definition: of the labels.
+        seen: kinds of cells that the shards have beside the field of view.
     """
 
     shards: Path
@@ -53,6 +54,7 @@ class Scope:
     invalid: Mapping[str, int]
     homography: str | None
     definition: str
+    seen: tuple[str, ...] = ()
 
     @property
     def grid(self) -> GridSpec:
@@ -123,7 +125,8 @@ def scope_of(
         TrainingError: the split has no frame.
     """
     reported = reported_scenes(shards, split, split_file)
-    require_drivable(shards, read_manifest(shards))
+    manifest = read_manifest(shards)
+    require_drivable(shards, manifest)
     index = index_frames(shards, reported.scenes, cameras, needs=SampleSpec(), limit=limit)
     training = None
     if reported.training:
@@ -143,6 +146,7 @@ def scope_of(
         invalid,
         chosen,
         reported.definition,
+        manifest.settings.targets.seen[1:],
     )
 
 

@@ -3,6 +3,8 @@
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from ogmkit.evaluation.baselines import ALL_DRIVABLE, Ceilings, all_drivable
 from ogmkit.evaluation.camera_view import camera_view
 from ogmkit.evaluation.controls import Controls
@@ -14,7 +16,7 @@ from ogmkit.evaluation.result import Sample
 from ogmkit.evaluation.runs import PredictedGrids
 from ogmkit.evaluation.scope import Scope, paths, places
 from ogmkit.evaluation.tally import Tally
-from ogmkit.metrics.iou import BevCounter, thresholded
+from ogmkit.metrics.iou import CELLS, BevCounter, thresholded
 from ogmkit.metrics.separation import Neighbours, count_separated, neighbours
 from ogmkit.typing import IntArray, UInt8Array
 
@@ -61,7 +63,7 @@ class Scorer:
             OgmkitError: as `ogmkit.learn.predict.run.predict_frames`.
             ShardError: a shard is damaged.
         """
-        tally = Tally(entrant.name, self._scope.scenes, self._scope.definition)
+        tally = self._tally(entrant.name)
         samples: list[Sample] = []
         unmasked, tuned = 0, entrant.run.thresholds
         with FrameReader(paths(self._scope.index)) as reader:
@@ -97,7 +99,7 @@ class Scorer:
             ShardError, SettingsError: a shard is damaged, or its images have no common size.
         """
         scope = self._scope
-        tallies = {name: Tally(name, scope.scenes, scope.definition) for name in names}
+        tallies = {name: self._tally(name) for name in names}
         everywhere = all_drivable(scope.grid)
         controls.learn(self._tick)
         with FrameReader(paths(scope.index)) as reader:
@@ -112,7 +114,13 @@ class Scorer:
         return tuple(tallies.values())
 
     def _bev_counts(self, frame: Frame, predicted: UInt8Array) -> IntArray:
-        return self._cells.count(frame.truth, frame.field_of_view, predicted)
+        counts = self._cells.count(frame.truth, frame.field_of_view, predicted)
+        further = (self._cells.count(frame.truth, seen, predicted) for seen in frame.seen.values())
+        return np.concatenate([counts, *(one[:, :, 1:] for one in further)], axis=2)
+
+    def _tally(self, name: str) -> Tally:
+        scope = self._scope
+        return Tally(name, scope.scenes, scope.definition, (*CELLS, *scope.seen))
 
     def _pairs(self, frame: Frame) -> Neighbours:
         faces = vehicle_faces(frame.shard, frame.camera, frame.index)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ogmkit.evaluation.result import Figure
+from ogmkit.evaluation.result import Figure, SceneCounts
 from ogmkit.metrics.bootstrap import estimate
 from ogmkit.metrics.iou import BEV_SHAPE, CELLS, IMAGE_SHAPE, IOUS, TUNED_IOU, iou
 from ogmkit.metrics.regions import REGIONS
@@ -22,13 +22,18 @@ class Tally:
         system: its name in the table.
         scenes: names of the scenes with frames.
         definition: of the labels.
+        cells: what the third axis of counts is.
     """
 
-    def __init__(self, system: str, scenes: Sequence[str], definition: str) -> None:
+    def __init__(
+        self, system: str, scenes: Sequence[str], definition: str, cells: Sequence[str] = CELLS
+    ) -> None:
         self.system = system
         self._definition = definition
         self._row = {scene: row for row, scene in enumerate(scenes)}
-        self._bev = np.zeros((len(scenes), *BEV_SHAPE), np.int64)
+        self._cells = cells
+        targets, regions, _, outcomes = BEV_SHAPE
+        self._bev = np.zeros((len(scenes), targets, regions, len(cells), outcomes), np.int64)
         self._image = np.zeros((len(scenes), *IMAGE_SHAPE), np.int64)
         self._pairs = np.zeros((len(scenes), len(COUNTS)), np.int64)
         self._tuned_bev = np.zeros_like(self._bev)
@@ -49,6 +54,10 @@ class Tally:
         if image is not None:
             self._tuned_image[row] += image
 
+    def by_scene(self) -> SceneCounts:
+        """All counts so far."""
+        return SceneCounts(self._bev, self._image, self._tuned_bev, self._pairs)
+
     def figures(self) -> Iterator[Figure]:
         """Every IoU, NaN where a system has none; then what neighbours are told apart."""
         yield from self._iou_figures(self._image, self._bev, IOUS)
@@ -64,8 +73,8 @@ class Tally:
             for i, kind in enumerate(kinds):
                 values = (float(one[t, i]) for one in (image.value, image.low, image.high))
                 yield self._figure(target, "camera", "full", "all", kind, *values)
-            for place in np.ndindex(len(REGIONS), len(CELLS), len(kinds)):
-                names = (names[at] for names, at in zip((REGIONS, CELLS, kinds), place, strict=True))
+            for place in np.ndindex(len(REGIONS), len(self._cells), len(kinds)):
+                names = (names[at] for names, at in zip((REGIONS, self._cells, kinds), place, strict=True))
                 values = (float(one[t][place]) for one in (bev.value, bev.low, bev.high))
                 yield self._figure(target, "bev", *names, *values)
 

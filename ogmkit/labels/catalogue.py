@@ -1,17 +1,20 @@
-"""The named definitions: the paper's own, and those that the field's repositories draw.
+"""The named definitions: the paper's own, the same round the vehicle, and those of the field's repositories.
 
 docs/definitions.md has them side by side, and how far their cells were compared.
 """
 
 import re
+from dataclasses import replace
 
 from ogmkit.base.names import unknown
 from ogmkit.errors import SettingsError
 from ogmkit.grid import GridSpec
 from ogmkit.labels.definition import Axis, CellRule, Definition, Filters, Grid, LabelClass, without_map
-from ogmkit.labels.names import NAMES, PAPER
+from ogmkit.labels.names import NAMES, PAPER, SURROUND
 from ogmkit.target_settings import TargetSettings
 
+REACH_M = 50.0
+"""How far the definition `surround` reaches to each side."""
 _WORD = r"(^|\.){}(\.|$)"
 
 
@@ -150,13 +153,14 @@ def definition(name: str, targets: TargetSettings | None = None) -> Definition:
 
     Args:
         name: one of `NAMES`.
-        targets: what the paper's is made with; its defaults where None.
+        targets: what ogmkit's own are made with; the defaults where None.
 
     Raises:
         SettingsError: there is no such name.
     """
-    if name == PAPER:
-        return paper(TargetSettings() if targets is None else targets)
+    own = {PAPER: paper, SURROUND: surround}
+    if name in own:
+        return own[name](TargetSettings() if targets is None else targets)
     if name not in PRESETS:
         raise SettingsError(unknown("definition", name, NAMES))
     return PRESETS[name]
@@ -166,7 +170,7 @@ def drawable(name: str, *, no_map: bool = False) -> Definition:
     """The definition of a name as far as `labels_of` draws it.
 
     Args:
-        name: one of `NAMES`; of the paper's, vehicles alone, since its drivable area is the map mask's.
+        name: one of `NAMES`; of ogmkit's own, vehicles alone, since their drivable area is the map mask's.
         no_map: leave out all classes that need a map.
 
     Raises:
@@ -187,10 +191,19 @@ def paper(targets: TargetSettings) -> Definition:
         _paper_grid(targets.grid),
         CellRule("centre", layers="none" if targets.no_map else "mask"),
         (*drivable, LabelClass("vehicles", f"^({beginnings})")),
-        Filters(min_visibility=targets.min_visibility),
+        Filters(min_visibility=targets.min_visibility, min_lidar_points=targets.min_lidar_points),
         occlusion="field-of-view",
         split="by-folder",
     )
+
+
+def surround(targets: TargetSettings) -> Definition:
+    """The paper's labels round the vehicle: a square of the grid's cells, in the sample's level frame."""
+    m_per_cell = targets.grid.m_per_cell
+    cells = 2 * max(1, round(REACH_M / m_per_cell))
+    grid = GridSpec(m_per_cell, cells, cells, cells / 2, cells / 2)
+    same = paper(targets)
+    return replace(same, name=SURROUND, frame="lidar-level", grid=_paper_grid(grid), occlusion="none")
 
 
 def _paper_grid(grid: GridSpec) -> Grid:

@@ -51,7 +51,7 @@ def masks_of(arrays: Mapping[str, LabelArray], definition: Definition) -> dict[s
 
 def range_masks(definition: Definition) -> dict[str, BoolArray]:
     """Range → (rows, columns) where it is, turned likewise."""
-    row, column = (_centres(axis) for axis in (definition.grid.rows, definition.grid.columns))
+    row, column = (np.sort(axis.centres_m) for axis in (definition.grid.rows, definition.grid.columns))
     distance = np.hypot(row[:, None], column[None, :])
     return {name: (distance >= low) & (distance < high) for name, (low, high) in RANGES.items()}
 
@@ -85,14 +85,8 @@ def _from(shift: int) -> slice:
 
 def _origin(definition: Definition) -> str:
     """What the plane's origin hangs on: of the ego frames, the part of a pose's rotation is left aside."""
-    return "lidar-ego" if definition.frame.startswith("lidar-ego") else definition.frame
+    return "lidar-ego" if definition.frame.startswith(("lidar-ego", "lidar-level")) else definition.frame
 
 
 def _upright(axis: Axis) -> tuple[str, float, float, int]:
-    centres = _centres(axis)
-    return axis.coordinate, round(float(centres[0]), 6), abs(axis.step_m), axis.cells
-
-
-def _centres(axis: Axis) -> "np.ndarray[tuple[int], np.dtype[np.float64]]":
-    """Coordinates of the nominal cells' centres, growing."""
-    return np.sort(axis.first_m + axis.step_m * np.arange(axis.cells, dtype=np.float64))
+    return axis.coordinate, round(float(axis.centres_m.min()), 6), abs(axis.step_m), axis.cells

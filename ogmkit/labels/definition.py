@@ -7,10 +7,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
+import numpy as np
+
 from ogmkit.base.differences import differences
+from ogmkit.typing import FloatArray
 
 Frame = Literal[
-    "image-level", "lidar-ego", "lidar-ego-yaw", "lidar-ego-yaw-float32", "lidar-heading", "camera"
+    "image-level",
+    "lidar-level",
+    "lidar-ego",
+    "lidar-ego-yaw",
+    "lidar-ego-yaw-float32",
+    "lidar-heading",
+    "camera",
 ]
 """Whose plane the cells lie on; `plane` says how each is found."""
 Fill = Literal["centre", "outline", "convex-outline"]
@@ -40,6 +49,12 @@ class Axis:
     first_m: float
     step_m: float
     cells: int
+
+    @property
+    def centres_m(self) -> FloatArray:
+        """(cells,) coordinates of the nominal cells' centres."""
+        result: FloatArray = self.first_m + self.step_m * np.arange(self.cells, dtype=np.float64)
+        return result
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from ogmkit.labels.definition import CellRule, Definition
-from ogmkit.labels.layers import LINES
+from ogmkit.nuscenes.expansion import LINES
 
 EXACT = "exact"
 """Its name."""

@@ -21,12 +21,10 @@ from ogmkit.labels.fill import paint_convex, paint_outlined, rounded
 from ogmkit.labels.outline import line_cells
 from ogmkit.labels.plane import Plane
 from ogmkit.labels.stroke import stroke_two
-from ogmkit.nuscenes.expansion import Area, Expansion
+from ogmkit.nuscenes.expansion import LINES, Area, Expansion
 from ogmkit.raster.fill import fill_polygons
 from ogmkit.typing import FloatArray, UInt8Array
 
-LINES = ("road_divider", "lane_divider")
-"""Layers that hold lines; all others hold polygons."""
 _NEAR_M = 150.0
 
 Strokes = tuple[Sequence[FloatArray], int]

@@ -10,8 +10,10 @@ from ogmkit.labels.boxes import box_corners_canvas, paint_boxes
 from ogmkit.labels.definition import Definition
 from ogmkit.labels.ignore import ignored
 from ogmkit.labels.layers import paint_layer
+from ogmkit.labels.map_mask import paint_mask
 from ogmkit.labels.plane import Plane, plane_of
 from ogmkit.nuscenes.expansion import Expansion
+from ogmkit.nuscenes.maps import MapMask
 from ogmkit.typing import BoolArray, UInt8Array
 
 LabelArray = NDArray[np.uint8] | NDArray[np.uint16]
@@ -21,14 +23,15 @@ NO_VISIBILITY = 255
 
 
 def labels_of(
-    key_frame: KeyFrame, definition: Definition, expansion: Expansion | None = None
+    key_frame: KeyFrame, definition: Definition, location_map: Expansion | MapMask | None = None
 ) -> dict[str, LabelArray]:
     """All arrays of a key frame, by name.
 
     Args:
         key_frame: one sample.
         definition: what to draw.
-        expansion: the location's map; needed where the definition has map classes.
+        location_map: needed where the definition has map classes: the drivable-area mask where its layers are
+            `mask`, else the expansion.
 
     Returns:
         (rows, columns) each: classes, `valid` and `ignore` uint8 0/1; `visibility` uint8, the level of the
@@ -39,15 +42,17 @@ def labels_of(
         TableError: it needs a camera's frame, and the sample has none.
         DataFileError: a layer is absent or damaged.
     """
-    if definition.needs_map and expansion is None:
+    if definition.needs_map and location_map is None:
         raise ValueError(f"definition {definition.name} needs a map")
     plane = plane_of(definition.frame, key_frame)
     class_of = {name: definition.class_of(name) for name in set(key_frame.boxes.category)}
     shown = passing(key_frame.boxes, definition)
     arrays: dict[str, LabelArray] = {}
     for one in definition.classes:
-        if one.layers and expansion is not None:
-            arrays[one.name] = paint_layer(definition, plane, expansion, one.layers)
+        if one.layers and isinstance(location_map, Expansion):
+            arrays[one.name] = paint_layer(definition, plane, location_map, one.layers)
+        elif one.layers and isinstance(location_map, MapMask):
+            arrays[one.name] = paint_mask(key_frame, definition, location_map)
         elif one.unites:
             arrays[one.name] = np.maximum.reduce([arrays[name] for name in one.unites])
         else:
@@ -66,8 +71,8 @@ def passing(boxes: Boxes, definition: Definition) -> BoolArray:
     """(M,) whether boxes pass the definition's filters."""
     filters = definition.filters
     seen = visibility_of(boxes, definition) >= filters.min_visibility
-    least = filters.min_lidar_points  # the number may be unknown, −1
-    result: BoolArray = seen & ((boxes.num_lidar_pts >= least) | (least == 0))
+    number = boxes.num_lidar_pts
+    result: BoolArray = seen & ((number >= filters.min_lidar_points) | (number < 0))
     return result
 
 

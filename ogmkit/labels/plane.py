@@ -43,6 +43,19 @@ class Plane:
         )
         return result
 
+    def in_space(self, ground_global: FloatArray) -> FloatArray:
+        """(4, 4) from the global frame: the plane's coordinates, and the height over it.
+
+        Args:
+            ground_global: (3,) a point whose height is 0, metres.
+        """
+        matrix = np.eye(4)
+        matrix[:2, :3] = self.local_from_global
+        matrix[2, :3] = np.cross(*self.local_from_global)
+        matrix[:2, 3] = self.offset_m - self.local_from_global @ self.origin_global
+        matrix[2, 3] = -matrix[2, :3] @ ground_global
+        return matrix
+
     def local_2d(self, points_global: FloatArray) -> FloatArray:
         """The same of (..., 2) points of a map, as if the plane were level."""
         centred = points_global - self.origin_global[:2]
@@ -59,17 +72,17 @@ def plane_of(frame: Frame, key_frame: KeyFrame) -> Plane:
     - `lidar-heading`: the LiDAR's own position and the heading of its x axis (the car's right), float32.
     - `camera`: the camera's right and ahead as they lie on the map.
     - `image-level`: the level frame of the camera's ego pose.
+    - `lidar-level`: that of the sweep's.
 
     Raises:
         TableError: the frame is a camera's, and the key frame has none.
     """
     if frame == "camera":
         return _camera(front_of(key_frame))
-    if frame == "image-level":
-        matrix = level_from_global(front_of(key_frame).global_from_ego)
-        return _at(matrix[:3, :3].T, front_of(key_frame).global_from_ego[:3, 3])
     if frame == "lidar-heading":
         return _heading(key_frame)
+    if frame in ("image-level", "lidar-level"):
+        return _level((front_of(key_frame) if frame == "image-level" else key_frame).global_from_ego)
     pose = key_frame.global_from_ego
     if frame == "lidar-ego":
         return _at(pose[:3, :3], pose[:3, 3])
@@ -103,6 +116,10 @@ def _about_z(angle_rad: float) -> FloatArray:
 def _at(global_from_local: FloatArray, origin_global: FloatArray) -> Plane:
     """Of a (3, 3) rotation and an origin."""
     return Plane(global_from_local.T[:2], origin_global, np.zeros(2))
+
+
+def _level(global_from_ego: FloatArray) -> Plane:
+    return _at(level_from_global(global_from_ego)[:3, :3].T, global_from_ego[:3, 3])
 
 
 def _rounded(global_from_local: FloatArray, origin_global: FloatArray) -> Plane:

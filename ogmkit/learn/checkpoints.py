@@ -20,6 +20,7 @@ from ogmkit.learn.adaptation import Adaptation
 from ogmkit.learn.catalogue import settings_from_dict
 from ogmkit.learn.checksums import add_checksum, require_checksum
 from ogmkit.learn.models.weights import are_weights
+from ogmkit.learn.own_copies import own_copies
 from ogmkit.learn.settings import TrainSettings
 from ogmkit.learn.systems.base import System
 from ogmkit.learn.systems.registry import build_system
@@ -161,7 +162,8 @@ def write_checkpoint(path: Path, content: Mapping[str, Any]) -> None:
     with replacing(path) as part, part.open("w+b") as file:
         watched = _Remembering(file)
         try:
-            torch.save(content, cast("BinaryIO", watched))  # by name, it would put the name inside
+            # By name, it would put the name inside.
+            torch.save(own_copies(content), cast("BinaryIO", watched))
         except RuntimeError:
             if watched.error is None:
                 raise

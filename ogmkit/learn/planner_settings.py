@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 from ogmkit.base.stated import setting, with_default
 from ogmkit.errors import SettingsError
@@ -25,11 +25,26 @@ class PlannerTraining(TrainSettings):
         "What the planner's means are added to: zero, or the linear least-squares plan of the training set.",
         "Model",
     )
+    no_destination: bool = setting(
+        False, "Do without the destination, and predict that point as well.", "Model"
+    )
 
     @property
     def sees_past(self) -> bool:
         """Whether the planner is told the past trajectory."""
         return True
+
+    @property
+    def label(self) -> str:
+        """The system's name; `-np` without the past, as in the paper, `-nd` without the destination."""
+        return f"{self.system}{'-np' * (not self.sees_past)}{'-nd' * self.no_destination}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """As of all trainings; without `no_destination` where it isn't set, as before it could be."""
+        values = super().to_dict()
+        if not self.no_destination:
+            del values["no_destination"]
+        return values
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,11 +62,6 @@ class ObservingTraining(PlannerTraining):
     def sees_past(self) -> bool:
         """As set."""
         return not self.no_past
-
-    @property
-    def label(self) -> str:
-        """The system's name; `-np` without the past, as in the paper."""
-        return f"{self.system}-np" if self.no_past else self.system
 
 
 @dataclass(frozen=True, kw_only=True)

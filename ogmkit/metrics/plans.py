@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ogmkit.metrics.plan import Plan
+from ogmkit.metrics.plan import STEPS, Plan
 from ogmkit.typing import FloatArray
 
 
@@ -14,14 +14,24 @@ class Plans:
     """Plans of N sequences; each in the level frame of its own last image.
 
     Attributes:
-        mean: (N, 5, 2) float64, metres.
-        sigma: (N, 5, 2) float64, metres; NaN where there is no distribution.
-        rho: (N, 5) float64; NaN as `sigma`.
+        mean: (N, T, 2) float64, metres.
+        sigma: (N, T, 2) float64, metres; NaN where there is no distribution.
+        rho: (N, T) float64; NaN as `sigma`.
     """
 
     mean: FloatArray
     sigma: FloatArray
     rho: FloatArray
+
+    @property
+    def told(self) -> bool:
+        """As of `Plan`."""
+        return bool(self.mean.shape[1] == STEPS)
+
+    @property
+    def on_the_way(self) -> "Plans":
+        """Of the points 1 … 5 alone, which all plans have."""
+        return Plans(self.mean[:, :STEPS], self.sigma[:, :STEPS], self.rho[:, :STEPS])
 
 
 def columns_of(plans: Sequence[Plan]) -> Plans:
@@ -33,5 +43,5 @@ def columns_of(plans: Sequence[Plan]) -> Plans:
 
 
 def points_only(mean: FloatArray) -> Plans:
-    """Plans without distributions, of (N, 5, 2) positions."""
+    """Plans without distributions, of (N, T, 2) positions."""
     return Plans(mean, np.full_like(mean, np.nan), np.full(mean.shape[:-1], np.nan))

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from ogmkit.base.names import unknown
@@ -37,6 +38,51 @@ OFFICIAL = (
 
 VEHICLE_WORD = r"(^|[._ -])(car|truck|bus|van|vehicle)([._ -]|$)"
 """Of a category's name in lower case, in Python and in DuckDB (RE2): converters call vehicles so."""
+
+
+@dataclass(frozen=True)
+class BoxClass:
+    """A class of boxes by whole parts of category names.
+
+    Attributes:
+        name: the class's.
+        parts: such as `car`, `bus.rigid` or `vehicle.car`.
+    """
+
+    name: str
+    parts: tuple[str, ...]
+
+    def shows(self, category: str) -> bool:
+        """Whether one of the parts stands in a category's name, between its dots or ends."""
+        return any(f".{part}." in f".{category}." for part in self.parts)
+
+
+def box_class(text: str) -> BoxClass:
+    """The class that a setting stands for.
+
+    Args:
+        text: `NAME`, which is the part too, or `NAME=PART+PART`; dots at a part's ends don't count.
+
+    Raises:
+        SettingsError: it is neither, or the name can't be a dataset's.
+    """
+    name, given, parts = text.partition("=")
+    found = tuple(part.strip(".") for part in (parts if given else name).split("+"))
+    if not re.fullmatch(r"\w[\w.-]*", name) or not all(found):
+        raise SettingsError(f"class {text!r}: is neither NAME, such as car, nor NAME=PART+PART")
+    return BoxClass(name, found)
+
+
+def require_known_parts(classes: Sequence[str], known: Sequence[str], root: Path) -> None:
+    """Check that each part of the classes stands in a category's name; arguments as of `require_known`.
+
+    Raises:
+        SettingsError: one doesn't.
+    """
+    everything = tuple(dict.fromkeys((*known, *OFFICIAL)))
+    for part in (part for text in classes for part in box_class(text).parts):
+        if not any(BoxClass(part, (part,)).shows(category) for category in everything):
+            raise SettingsError(f"{root}: {unknown('category', part, everything)}")
 
 
 def require_known(wanted: Sequence[str], known: Sequence[str], root: Path) -> None:

@@ -169,21 +169,22 @@ class Dataset:
         key = self._scene_key(token, name, maps=maps)
         boxes = read_boxes(self._tables, token)
         sweeps = {} if lidar is None else lidar_records(read_images(self._tables, token, lidar))
-        frames = {
-            camera: frame_records(
-                key, camera, read_images(self._tables, token, camera), boxes, sweeps, step_s
-            )
-            for camera in cameras
-        }
+        frames = {}
+        for camera in cameras:
+            images = read_images(self._tables, token, camera)
+            frames[camera] = frame_records(key, camera, images, boxes, sweeps, step_s)
         return SceneRecord(name=name, location=key.location, cameras=frames, log=key.log)
 
-    def key_frames(self, name: str, *, lidar: str, camera: str | None = None) -> tuple[KeyFrame, ...]:
+    def key_frames(
+        self, name: str, *, lidar: str, camera: str | None = None, maps: bool = False
+    ) -> tuple[KeyFrame, ...]:
         """One scene's samples at the time of their sweeps, in temporal order; no file is looked for.
 
         Args:
             name: the scene's.
             lidar: the channel whose poses they get, such as `LIDAR_TOP`.
             camera: the channel whose frame each gets too; None for none.
+            maps: name each sample's map mask too.
 
         Raises:
             SettingsError: the scene, the camera or the LiDAR is unknown.
@@ -193,15 +194,14 @@ class Dataset:
         for kind, channel in (("lidar", lidar), ("camera", camera)):
             if channel is not None and channel not in self._channels(kind):
                 raise SettingsError(f"{self.root}: {unknown(kind, channel, self._channels(kind))}")
-        self._require_sound(token, name, (lidar,) if camera is None else (lidar, camera), maps=False)
-        key = self._scene_key(token, name, maps=False)
+        self._require_sound(token, name, (lidar,) if camera is None else (lidar, camera), maps=maps)
+        key = self._scene_key(token, name, maps=maps)
         boxes = read_boxes(self._tables, token)
-        frames = (
-            ()
-            if camera is None
-            else frame_records(key, camera, read_images(self._tables, token, camera), boxes, {}, STEP_S)
-        )
-        by_sample = {frame.sample_token: frame for frame in frames}
+        by_sample = {}
+        if camera is not None:
+            images = read_images(self._tables, token, camera)
+            frames = frame_records(key, camera, images, boxes, {}, STEP_S)
+            by_sample = {frame.sample_token: frame for frame in frames}
         return key_frames(key, read_images(self._tables, token, lidar), boxes, by_sample)
 
     def _token(self, name: str) -> str:

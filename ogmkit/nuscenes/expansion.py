@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -13,7 +13,24 @@ from ogmkit.base.files import read_text
 from ogmkit.errors import DataFileError
 from ogmkit.typing import FloatArray
 
-_REMEDY = "unpack nuScenes' map expansion v1.3 into maps/expansion, or leave map classes out (--no-map)"
+Layer = Literal[
+    "drivable_area",
+    "lane",
+    "road_segment",
+    "ped_crossing",
+    "walkway",
+    "stop_line",
+    "carpark_area",
+    "road_divider",
+    "lane_divider",
+]
+"""Layers that cells can be made of."""
+LINES = ("road_divider", "lane_divider")
+"""Those that hold lines; the others hold polygons."""
+_REMEDY = (
+    "unpack nuScenes' map expansion v1.3 into maps/expansion, or leave out --layers and labels' map classes "
+    "(--no-map)"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +113,10 @@ class Expansion:
         return Area(self._points(record["exterior_node_tokens"]), holes)
 
     def _points(self, tokens: list[str]) -> FloatArray:
-        return np.array([self._nodes[token] for token in tokens], dtype=np.float64).reshape(-1, 2)
+        points = np.array([self._nodes[token] for token in tokens], dtype=np.float64).reshape(-1, 2)
+        if not np.isfinite(points).all():
+            raise ValueError("a node that is not finite")
+        return points
 
     def _damaged(self, layer: str, error: Exception) -> DataFileError:
         return DataFileError(f"{self.path}: layer {layer} is absent or damaged ({error!r}); {_REMEDY}")
@@ -108,8 +128,25 @@ def _polygon_tokens(record: Mapping[str, Any]) -> list[str]:
     return [record["polygon_token"]] if several is None else several
 
 
+def expansion_path(dataroot: Path, location: str) -> Path:
+    """The file of a location's map expansion."""
+    return dataroot / "maps" / "expansion" / f"{location}.json"
+
+
+def file_state(path: Path) -> int:
+    """What changes when the file does.
+
+    Raises:
+        DataFileError: the file is absent.
+    """
+    try:
+        return path.stat().st_mtime_ns
+    except OSError as error:
+        raise _unreadable(path, error) from error
+
+
 def open_expansion(dataroot: Path, location: str) -> Expansion:
-    """Read the map expansion of a location, once for many scenes.
+    """Read the map expansion of a location, once for many scenes; it stays in memory.
 
     Args:
         dataroot: the dataset's root.
@@ -118,22 +155,34 @@ def open_expansion(dataroot: Path, location: str) -> Expansion:
     Raises:
         DataFileError: the file is absent, or no JSON object.
     """
-    path = dataroot / "maps" / "expansion" / f"{location}.json"
-    try:
-        return _read(path, path.stat().st_mtime_ns)
-    except OSError as error:
-        raise DataFileError(
-            f"{path}: can't be read ({error.strerror}); {_REMEDY}", kind="map expansion is absent"
-        ) from error
+    path = expansion_path(dataroot, location)
+    return _kept(path, file_state(path))
 
 
 @lru_cache(maxsize=4)
-def _read(path: Path, state: int) -> Expansion:
+def _kept(path: Path, state: int) -> Expansion:
     del state  # part of the key: a file that changed is read again
+    return read_expansion(path)
+
+
+def read_expansion(path: Path) -> Expansion:
+    """Read a file of a map expansion.
+
+    Raises:
+        DataFileError: it can't be read, or is no JSON object.
+    """
     try:
         content = json.loads(read_text(path))
+    except OSError as error:
+        raise _unreadable(path, error) from error
     except ValueError as error:
         raise DataFileError(f"{path}: no sound JSON ({error}); {_REMEDY}") from error
     if not isinstance(content, dict):
         raise DataFileError(f"{path}: no JSON object; {_REMEDY}")
     return Expansion(path, content)
+
+
+def _unreadable(path: Path, error: OSError) -> DataFileError:
+    return DataFileError(
+        f"{path}: can't be read ({error.strerror}); {_REMEDY}", kind="map expansion is absent"
+    )

@@ -163,6 +163,7 @@ def key_frames(
             lidar_path=sweeps["filename"][i],
             boxes=boxes.get(token, no_boxes()),
             camera=cameras.get(token),
+            map_path=key.map_path,
         )
         for i, token in enumerate(sweeps["sample_token"])
     )

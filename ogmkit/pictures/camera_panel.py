@@ -90,7 +90,8 @@ def _draw_box(
     for edge in EDGES:
         visible = clip_near_plane(corners_camera[list(edge)], _NEAR_M)
         if len(visible):
-            canvas.cased_polyline(project(intrinsics, visible)[0], colour, 2 if close else 1)
+            draw = canvas.cased_polyline if close else canvas.polyline
+            draw(project(intrinsics, visible)[0], colour, 2 if close else 1)
 
 
 def _panel_intrinsics(view: View, height: int) -> FloatArray:

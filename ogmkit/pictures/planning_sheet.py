@@ -18,7 +18,7 @@ from ogmkit.drawing.sheet import Caption, Heading, Panel, draw_sheet, draw_tile
 from ogmkit.evaluation.planning.result import PlanEvaluation, PlanSample
 from ogmkit.grid import GridSpec
 from ogmkit.metrics.gaussian import ellipse
-from ogmkit.metrics.plan import STEPS, Plan
+from ogmkit.metrics.plan import Plan
 from ogmkit.pictures.camera_panel import draw_photo
 from ogmkit.pictures.views import View, read_view
 from ogmkit.shards.faults import damaged
@@ -86,7 +86,7 @@ def _draw_sample(shards: Path, manifest: Manifest, sample: PlanSample) -> UInt8A
 
 
 def draw_plan(view: View, grid: GridSpec, plan: Plan, step_s: float = STEP_S) -> Canvas:
-    """Draw past, future, destination and plan on the part of the plane that they take up.
+    """Draw past, future, destination (where it is told) and plan on the part of the plane they take up.
 
     Args:
         view: of the sequence's last image.
@@ -97,8 +97,8 @@ def draw_plan(view: View, grid: GridSpec, plan: Plan, step_s: float = STEP_S) ->
     shown, plane = _area(view, grid, plan)
     canvas = bev_panel.draw_plane(target_colours(shown.drivable, shown.vehicles, shown.field_of_view), plane)
     bev_panel.draw_paths(canvas, view.past, view.future, plane)
-    outlines = [*_ellipses(plan)]
-    draw_plan_marks(canvas, plane, plan.mean, view.future, labels=_times(step_s), outlines=outlines)
+    labels, outlines = _times(len(plan.mean), step_s), [*_ellipses(plan)]
+    draw_plan_marks(canvas, plane, plan.mean, view.future, labels=labels, outlines=outlines)
     return canvas
 
 
@@ -109,13 +109,13 @@ def _area(view: View, grid: GridSpec, plan: Plan) -> tuple[View, bev_panel.Plan]
 
 def _draw_steps(view: View, plan: Plan, step_s: float, width: int) -> UInt8Array:
     """A table: each point's time, where it is planned and where the ego was, and how far these are apart."""
-    truth = view.future[:STEPS]
+    truth = view.future[: len(plan.mean)]
     errors_m = np.linalg.norm(truth - plan.mean, axis=1)
     header = ("time", "planned: ahead, left", "true: ahead, left", "apart")
     rows = [
         (time, _metres(planned), _metres(true), f"{error:.2f} m")
         for time, planned, true, error in zip(
-            _times(step_s), plan.mean, truth, errors_m.tolist(), strict=True
+            _times(len(truth), step_s), plan.mean, truth, errors_m.tolist(), strict=True
         )
     ]
     rows.append(("mean", "", "", f"{errors_m.mean():.2f} m"))
@@ -127,9 +127,9 @@ def _draw_steps(view: View, plan: Plan, step_s: float, width: int) -> UInt8Array
     return canvas.pixels
 
 
-def _times(step_s: float) -> list[str]:
+def _times(points: int, step_s: float) -> list[str]:
     """Of a plan's points."""
-    return [f"{step * step_s:g} s" for step in range(1, STEPS + 1)]
+    return [f"{step * step_s:g} s" for step in range(1, points + 1)]
 
 
 def _metres(point: FloatArray) -> str:

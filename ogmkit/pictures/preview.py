@@ -1,4 +1,4 @@
-"""Contact sheets of extracted frames, as PNG files: one for each scene, camera and subject."""
+"""Contact sheets of extracted frames, as PNG files: one for each scene, subject, and camera, or for all."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -7,13 +7,16 @@ from pathlib import Path
 from ogmkit.base.atomic import output_errors, require_outside
 from ogmkit.base.names import matching, with_number
 from ogmkit.drawing.bev_panel import plan_for
+from ogmkit.drawing.legend import Group
 from ogmkit.drawing.palette import themed
 from ogmkit.drawing.png import write_png
 from ogmkit.drawing.sheet import Heading, draw_sheet
 from ogmkit.errors import SettingsError, ShardError
+from ogmkit.pictures import surround
+from ogmkit.pictures.further_panel import further_groups
 from ogmkit.pictures.masks import MaskSet, open_sets
 from ogmkit.pictures.settings import PreviewSettings, View
-from ogmkit.pictures.subjects import PLANE_SIZE, SUBJECTS
+from ogmkit.pictures.subjects import PLANE_SIZE, SUBJECTS, Subject
 from ogmkit.pictures.views import evenly, read_view
 from ogmkit.pipeline.amendment import chosen_cameras
 from ogmkit.pipeline.execution import Execution, run_over
@@ -21,6 +24,8 @@ from ogmkit.shards.faults import REMEDY, damaged
 from ogmkit.shards.listed import listed_shard
 from ogmkit.shards.manifest import Manifest, ShardEntry, read_manifest
 from ogmkit.shards.reader import Shard
+from ogmkit.shards.schema_further import further_rasters
+from ogmkit.shards.schema_labels import SURROUND
 from ogmkit.typing import UInt8Array
 
 DEFAULT = PreviewSettings()
@@ -66,17 +71,7 @@ def preview(
     chosen = _chosen(read_manifest(out), out, scenes, cameras)
     with output_errors(target):
         target.mkdir(parents=True, exist_ok=True)
-    sheets = [
-        _Sheet(
-            target / f"{Path(entry.file).stem}_{camera}{_ending(view, settings.masks)}.png",
-            (out, entry, camera),
-            view,
-            settings,
-            dataroot,
-        )
-        for entry, camera in chosen
-        for view in dict.fromkeys(settings.views)
-    ]
+    sheets = _sheets(out, target, chosen, settings, dataroot)
     for done, _ in enumerate(run_over(_write, sheets, Execution(workers)), start=1):
         if on_progress is not None:
             on_progress(done, len(sheets))
@@ -94,10 +89,41 @@ class _Sheet:
     dataroot: Path | None
 
 
+def _sheets(
+    out: Path,
+    target: Path,
+    chosen: Sequence[tuple[ShardEntry, str]],
+    settings: PreviewSettings,
+    dataroot: Path | None,
+) -> list[_Sheet]:
+    """Of each camera and view; then, where that is asked for, of all of a scene's cameras."""
+    views = tuple(dict.fromkeys(settings.views))
+    named: list[tuple[ShardEntry, str, View]] = [
+        (entry, camera, view) for entry, camera in chosen for view in views if view in SUBJECTS
+    ]
+    if surround.VIEW in views:
+        entries = {entry.file: entry for entry, _ in chosen}
+        named += [(entry, SURROUND, surround.VIEW) for entry in entries.values()]
+    return [
+        _Sheet(
+            target / f"{Path(entry.file).stem}_{camera}{_ending(view, settings.masks)}.png",
+            (out, entry, camera),
+            view,
+            settings,
+            dataroot,
+        )
+        for entry, camera, view in named
+    ]
+
+
 def _write(sheet: _Sheet) -> None:
     out, entry, camera = sheet.place
     with listed_shard(out, entry) as shard:
-        write_png(sheet.path, draw_shard(shard, camera, sheet.view, sheet.settings, sheet.dataroot))
+        if sheet.view == surround.VIEW:
+            pixels = surround.draw_surround(shard, sheet.settings, sheet.dataroot)
+        else:
+            pixels = draw_shard(shard, camera, sheet.view, sheet.settings, sheet.dataroot)
+    write_png(sheet.path, pixels)
 
 
 def draw_shard(
@@ -115,17 +141,29 @@ def draw_shard(
     indices = evenly(settings.frames, count)
     if not indices:
         raise ShardError(f"{shard.path}: camera {camera} has no frame; {REMEDY}")
+    if kind.further and not shard.settings.targets.further:
+        raise ShardError(
+            f"{shard.path}: has nothing beside the paper's targets to draw; extract with --layers, "
+            "--classes, --instances or --future"
+        )
     try:
         sets = open_sets(shard, camera, names) if names else ()
         pasts = [shard.dataset(camera, "trajectory/past")[index] for index in indices] if kind.paths else ()
         plan = plan_for(shard.grid, pasts, PLANE_SIZE)
-        views = (read_view(shard, camera, index, dataroot=dataroot) for index in indices)
+        views = (
+            read_view(shard, camera, index, dataroot=dataroot, further=kind.further) for index in indices
+        )
         with themed(settings.theme):
             tiles = [kind.tile(view, plan, sets) for view in views]
             heading = Heading(shard.scene, camera, _note(shard, camera, sets))
-            return draw_sheet(heading, tiles, kind.columns, kind.groups)
+            return draw_sheet(heading, tiles, kind.columns, _groups(kind, shard))
     except OSError as error:
         raise damaged(shard.path, error) from error
+
+
+def _groups(kind: Subject, shard: Shard) -> tuple[Group, ...]:
+    """The legend's: of what the shard has, where that is what is shown."""
+    return kind.groups + (further_groups(further_rasters(shard.settings.targets)) if kind.further else ())
 
 
 def _note(shard: Shard, camera: str, sets: Sequence[MaskSet]) -> str:
@@ -147,14 +185,17 @@ def _note(shard: Shard, camera: str, sets: Sequence[MaskSet]) -> str:
 
 
 def _require_distinct(settings: PreviewSettings) -> None:
-    for view in settings.views:
+    for view in SUBJECTS.keys() & set(settings.views):
         if SUBJECTS[view].sets(settings.masks).count(settings.masks) > 1:
             raise SettingsError(f"view {view}: set {settings.masks!r} would be drawn twice; choose another")
 
 
 def _ending(subject: str, mask_set: str) -> str:
     """What tells a sheet's file from those of other subjects and sets."""
-    shown = SUBJECTS[subject].sets(mask_set)
+    kind = SUBJECTS.get(subject)
+    if kind is not None and kind.further:
+        return f"_{subject}"
+    shown = kind.sets(mask_set) if kind is not None else ()
     return f"_{subject}_{shown[-1]}" if shown else ""
 
 

@@ -7,8 +7,8 @@ from ogmkit.base.stated import require_stated, setting
 from ogmkit.drawing.palette import ThemeName
 from ogmkit.homography.sources import SURFACE
 
-View = Literal["targets", "footprints", "stretch", "masks"]
-"""Names of `ogmkit.pictures.subjects.SUBJECTS`."""
+View = Literal["targets", "footprints", "stretch", "masks", "layers", "surround"]
+"""Names of `ogmkit.pictures.subjects.SUBJECTS`, and the one that shows all cameras at once."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class PreviewSettings:
         ("targets",), "What to draw, as listed above.", form="VIEW,…", flag="--view"
     )
     masks: str = setting(
-        SURFACE, "Set of camera-view masks to draw in all views but targets.", form="SET", flag="--masks"
+        SURFACE, "Set of camera-view masks to draw in views that show one.", form="SET", flag="--masks"
     )
     frames: int = setting(  # 60 are about 300 MB of pixels
         6, "Number of frames on a sheet, evenly spread over the scene.", low=1, high=60

@@ -15,6 +15,7 @@ from ogmkit.drawing.palette import theme
 from ogmkit.drawing.sheet import GAP, Caption, Column, Panel, draw_tile
 from ogmkit.footprints.sets import FULL_BODY
 from ogmkit.pictures.camera_panel import draw_camera, draw_masks, draw_photo
+from ogmkit.pictures.further_panel import further_panels
 from ogmkit.pictures.masks import Masks, MaskSet
 from ogmkit.pictures.views import View
 from ogmkit.typing import UInt8Array
@@ -42,6 +43,7 @@ class Subject:
         paths: whether past and future are shown.
         masks: whether the chosen set of masks is shown.
         bodies: whether whole bodies are shown beside it.
+        further: whether what lies beside the paper's targets is shown.
     """
 
     tile: Callable[[View, Plan, Sequence[MaskSet]], UInt8Array]
@@ -50,6 +52,7 @@ class Subject:
     paths: bool = False
     masks: bool = True
     bodies: bool = False
+    further: bool = False
 
     def sets(self, chosen: str) -> tuple[str, ...]:
         """Names of the sets that `tile` takes; the chosen one stands last."""
@@ -59,12 +62,11 @@ class Subject:
 def _draw_targets(view: View, plan: Plan, sets: Sequence[MaskSet]) -> UInt8Array:
     """Image, bare and with boxes; rasters with past and future."""
     del sets
-    size, plane = photo_size(plan), _true_plane(view, plan)
+    plane = _true_plane(view, plan)
     draw_paths(plane, view.past, view.future, plan)
-    photos = [Panel(draw_photo(view, size).pixels, "image"), Panel(draw_camera(view, size).pixels, "boxes")]
     incomplete = np.isnan([view.past, view.future]).any()
     return draw_tile(
-        [photos, Panel(plane.pixels, "from above")],
+        [_photos(view, plan), Panel(plane.pixels, "from above")],
         Caption(*_when(view), "trajectory incomplete" if incomplete else ""),
     )
 
@@ -106,6 +108,18 @@ def _draw_stretch(view: View, plan: Plan, sets: Sequence[MaskSet]) -> UInt8Array
     reason = next((masks.reason for masks in both.values() if masks.reason), "")
     truth = Panel(_true_plane(view, plan).pixels, "truth")
     return draw_tile([photos, truth, *above], Caption(*_when(view), reason, alarm=True))
+
+
+def _draw_layers(view: View, plan: Plan, sets: Sequence[MaskSet]) -> UInt8Array:
+    """Image, bare and with boxes; planes of what lies beside the paper's targets."""
+    del sets
+    return draw_tile([_photos(view, plan), *further_panels(view, plan)], Caption(*_when(view)))
+
+
+def _photos(view: View, plan: Plan) -> list[Panel]:
+    """The image, bare and with boxes."""
+    size = photo_size(plan)
+    return [Panel(draw_photo(view, size).pixels, "image"), Panel(draw_camera(view, size).pixels, "boxes")]
 
 
 def _stretched(view: View, plan: Plan, masks: Masks, title: str) -> Panel:
@@ -160,6 +174,7 @@ SUBJECTS: Mapping[str, Subject] = MappingProxyType(
         ),
         "stretch": Subject(_draw_stretch, (legend.PLANE, legend.VEHICLES), bodies=True),
         "masks": Subject(_draw_masks, (legend.PLANE,)),
+        "layers": Subject(_draw_layers, (legend.BOXES,), masks=False, further=True),
     }
 )
 """By the names that the command line uses; the default first."""

@@ -1,7 +1,8 @@
 """What one frame of a shard shows: read for drawing, with poses already in the camera's frame."""
 
 import io
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from ogmkit.geometry.se3 import inverse
 from ogmkit.nuscenes.paths import resolve
 from ogmkit.shards.faults import REMEDY
 from ogmkit.shards.reader import Shard
+from ogmkit.shards.schema_further import further_rasters
 from ogmkit.typing import FloatArray, UInt8Array
 
 
@@ -35,6 +37,7 @@ class View:
         field_of_view: as `vehicles`.
         past: (6, 2) metres in the level frame, oldest first; NaN where there is none.
         future: (6, 2), as `past`.
+        further: rasters beside the paper's, by their names in the shard; none unless asked for.
     """
 
     index: int
@@ -50,6 +53,7 @@ class View:
     field_of_view: UInt8Array
     past: FloatArray
     future: FloatArray
+    further: Mapping[str, Any] = field(default_factory=dict)
 
 
 def evenly(count: int, of: int) -> tuple[int, ...]:
@@ -58,7 +62,9 @@ def evenly(count: int, of: int) -> tuple[int, ...]:
     return tuple((2 * part + 1) * of // (2 * count) for part in range(count))
 
 
-def read_view(shard: Shard, camera: str, index: int, *, dataroot: Path | None = None) -> View:
+def read_view(
+    shard: Shard, camera: str, index: int, *, dataroot: Path | None = None, further: bool = False
+) -> View:
     """Read one frame.
 
     Args:
@@ -66,6 +72,7 @@ def read_view(shard: Shard, camera: str, index: int, *, dataroot: Path | None = 
         camera: channel.
         index: the frame's place among the camera's.
         dataroot: where images are found that the shard only refers to; None leaves them out.
+        further: read what lies beside the paper's targets, too.
 
     Raises:
         ShardError: the shard lacks something.
@@ -78,6 +85,7 @@ def read_view(shard: Shard, camera: str, index: int, *, dataroot: Path | None = 
         return shard.dataset(camera, name)[index]
 
     boxes, drivable = shard.boxes(camera, index), shard.drivable(camera, index)
+    names = further_rasters(shard.settings.targets) if further else ()
     height, width = row("image_size").tolist()
     first_us = int(shard.dataset(camera, "timestamp_us")[0])
     return View(
@@ -94,6 +102,7 @@ def read_view(shard: Shard, camera: str, index: int, *, dataroot: Path | None = 
         field_of_view=row("field_of_view"),
         past=row("trajectory/past"),
         future=row("trajectory/future"),
+        further={name: row(name) for name in names},
     )
 
 

@@ -7,7 +7,8 @@ from typing import Literal
 
 from ogmkit.base.files import fault_of, file_status
 from ogmkit.errors import DataFileError, FrameFileError, OgmkitError
-from ogmkit.frames import FrameRecord, LeftOutFrame, SceneRecord
+from ogmkit.frames import FrameRecord, KeyFrame, LeftOutFrame, SceneRecord
+from ogmkit.nuscenes.expansion import expansion_path
 from ogmkit.nuscenes.mask_faults import is_vector_map
 from ogmkit.nuscenes.paths import resolve
 from ogmkit.raster.lidar import lidar_points_level
@@ -15,12 +16,14 @@ from ogmkit.shards.settings import ExtractSettings
 from ogmkit.target_settings import TargetSettings
 from ogmkit.targets import read_image
 
-What = Literal["image", "LiDAR sweep", "map mask"]
+What = Literal["image", "LiDAR sweep", "map mask", "map expansion"]
+_OF_MAPS = ("map mask", "map expansion")
 
 _INSTEAD = {
     "image": "such scenes (--only-complete), such frames (--skip-bad-frames) or all images (--images none)",
-    "LiDAR sweep": "such scenes (--only-complete), such frames (--skip-bad-frames) or --lidar",
+    "LiDAR sweep": "such scenes (--only-complete), such frames (--skip-bad-frames) or --lidar, --seen lidar",
     "map mask": "such scenes (--only-complete) or the drivable area (--no-map)",
+    "map expansion": "such scenes (--only-complete) or --layers",
 }
 """What can be left out to go on."""
 
@@ -44,7 +47,7 @@ class Absence:
     @property
     def problem(self) -> str:
         """Which file is absent, and how many like it."""
-        of = "" if self.what == "map mask" else f" of {', '.join(self.cameras)}"
+        of = "" if self.what in _OF_MAPS else f" of {', '.join(self.cameras)}"
         alike = f", one of {self.files:,}{of}" if self.files > 1 else ""
         return f"{self.first}: {self.what} is absent{alike}"
 
@@ -86,7 +89,7 @@ def prepare(scene: SceneRecord, settings: ExtractSettings, *, read: bool = True)
         TableError: a file name leaves the dataset's root.
     """
     absent = absences(scene, settings.targets)
-    if settings.skip_bad_frames and all(one.what != "map mask" for one in absent):
+    if settings.skip_bad_frames and all(one.what not in _OF_MAPS for one in absent):
         return _of_sound_frames(scene, settings.targets, read=read)
     if not absent:
         return scene
@@ -102,6 +105,8 @@ def absences(scene: SceneRecord, targets: TargetSettings) -> tuple[Absence, ...]
         for frame in frames:
             for file in (*_frame_files(frame, targets), *_map_files(frame, targets)):
                 needed.setdefault(file, []).append(camera)
+    for file in (file for key_frame in scene.key_frames for file in _map_files(key_frame, targets)):
+        needed.setdefault(file, [])
     return joined(
         Absence(what, tuple(dict.fromkeys(cameras)), 1, path)
         for (what, path), cameras in needed.items()
@@ -131,7 +136,7 @@ def frame_fault(frame: FrameRecord, targets: TargetSettings, *, read: bool = Tru
     try:
         if targets.images != "none":
             read_image(frame)
-        if targets.lidar:
+        if targets.lidar_source:
             lidar_points_level(frame)
     except FrameFileError as error:
         return error.kind
@@ -173,13 +178,15 @@ def _of_sound_frames(scene: SceneRecord, targets: TargetSettings, *, read: bool)
 def _frame_files(frame: FrameRecord, targets: TargetSettings) -> Iterator[tuple[What, Path]]:
     if targets.images != "none":
         yield "image", resolve(frame.dataroot, frame.image_path)
-    if targets.lidar and frame.lidar is not None:
+    if targets.lidar_source and frame.lidar is not None:
         yield "LiDAR sweep", resolve(frame.dataroot, frame.lidar.path)
 
 
-def _map_files(frame: FrameRecord, targets: TargetSettings) -> Iterator[tuple[What, Path]]:
-    """Of vector maps nobody wants the file."""
-    if not targets.no_map and not is_vector_map(Path(frame.map_path)):
+def _map_files(frame: FrameRecord | KeyFrame, targets: TargetSettings) -> Iterator[tuple[What, Path]]:
+    """Of vector maps nobody wants the mask's file."""
+    if targets.layers:
+        yield "map expansion", expansion_path(frame.dataroot, frame.location)
+    if frame.map_path and not targets.no_map and not is_vector_map(Path(frame.map_path)):
         yield "map mask", resolve(frame.dataroot, frame.map_path)
 
 

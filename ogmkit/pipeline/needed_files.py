@@ -40,7 +40,7 @@ def needed_files(
     targets = settings.targets
     cameras = () if targets.images == "none" else settings.cameras
     lidars = () if targets.lidar_source is None or not settings.paper else (targets.lidar_source,)
-    named = dataset.key_files((*cameras, *lidars), maps=settings.paper and not targets.no_map)
+    named = dataset.key_files((*cameras, *lidars), maps=settings.needs_mask)
     chosen = set(scenes)
     return tuple(
         NeededFile(scene, channel, name, _bytes(dataset.root, name))

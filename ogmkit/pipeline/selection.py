@@ -7,7 +7,7 @@ from pathlib import Path
 from ogmkit.base.names import matching, unknown
 from ogmkit.errors import SettingsError
 from ogmkit.frames import SceneRecord
-from ogmkit.nuscenes.categories import require_known
+from ogmkit.nuscenes.categories import require_known, require_known_parts
 from ogmkit.nuscenes.dataset import Dataset
 from ogmkit.pipeline.sources import SceneSource
 from ogmkit.shards.schema_labels import SURROUND
@@ -56,7 +56,8 @@ def read_scene(dataset: SceneSource, name: str, settings: ExtractSettings) -> Sc
     if not settings.labels:
         return scene
     ahead = next((one.place for one in settings.labels if one.place != SURROUND), None)
-    return replace(scene, key_frames=dataset.key_frames(name, lidar=targets.lidar_channel, camera=ahead))
+    frames = dataset.key_frames(name, lidar=targets.lidar_channel, camera=ahead, maps=settings.draws_mask)
+    return replace(scene, key_frames=frames)
 
 
 def require_known_names(dataset: SceneSource, settings: ExtractSettings, scenes: Sequence[str]) -> None:
@@ -69,6 +70,7 @@ def require_known_names(dataset: SceneSource, settings: ExtractSettings, scenes:
     _require("camera", settings.cameras, dataset.channels(), dataset.root)
     if settings.paper:
         require_known(settings.targets.categories, dataset.categories(), dataset.root)
+        require_known_parts(settings.targets.classes, dataset.categories(), dataset.root)
 
 
 def _require(kind: str, names: Iterable[str], known: Sequence[str], root: Path) -> None:

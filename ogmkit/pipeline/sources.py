@@ -44,7 +44,9 @@ class SceneSource(Protocol):
     ) -> SceneRecord:
         """One scene's frames by camera, in temporal order."""
 
-    def key_frames(self, name: str, *, lidar: str, camera: str | None = None) -> tuple[KeyFrame, ...]:
+    def key_frames(
+        self, name: str, *, lidar: str, camera: str | None = None, maps: bool = False
+    ) -> tuple[KeyFrame, ...]:
         """One scene's samples, in temporal order, for labels by name."""
 
 
@@ -108,13 +110,15 @@ class RecordDataset:
                 return SceneRecord(name, scene.location, self._chosen(scene, cameras), log=scene.log)
         raise SettingsError(f"{self.root}: {unknown('scene', name, self.scene_names())}")
 
-    def key_frames(self, name: str, *, lidar: str, camera: str | None = None) -> tuple[KeyFrame, ...]:
+    def key_frames(
+        self, name: str, *, lidar: str, camera: str | None = None, maps: bool = False
+    ) -> tuple[KeyFrame, ...]:
         """Those of the scene's record.
 
         Raises:
             SettingsError: the scene is unknown, or its record has none.
         """
-        del lidar, camera
+        del lidar, camera, maps
         found = next((scene for scene in self.scenes if scene.name == name), None)
         if found is None or not found.key_frames:
             raise SettingsError(

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ogmkit.typing import FloatArray, IntArray, UInt8Array
+from ogmkit.typing import BoolArray, FloatArray, IntArray, UInt8Array, UInt16Array
 
 
 def fill_polygons(
@@ -31,14 +31,31 @@ def fill_polygons(
     lengths = np.array([len(ring) for ring in rings], dtype=np.int64)
     if not lengths.any():
         return np.zeros(shape, np.uint8)
-    polygon_of_edge = np.repeat(
-        np.arange(len(lengths)) if polygon_of_ring is None else polygon_of_ring, lengths
-    )
-    polygons, rows, columns = _crossings(*_edges(np.concatenate(rings), lengths), polygon_of_edge, shape[0])
-    # A closed ring crosses each scanline an even number of times: sorted, neighbours pair into spans.
-    order = np.lexsort((columns, rows, polygons))
-    rows, columns = rows[order], columns[order]
-    return fill_spans(rows[::2], columns[::2], columns[1::2], shape)
+    owners = np.arange(len(lengths)) if polygon_of_ring is None else np.asarray(polygon_of_ring)
+    _, rows, first, last = _spans(np.concatenate(rings), lengths, owners, shape[0])
+    return fill_spans(rows, first, last, shape)
+
+
+def number_polygons(rings: FloatArray, numbers: IntArray, shape: tuple[int, int]) -> UInt16Array:
+    """Write the number of a polygon into the cells whose centre lies inside; of several, the last one's.
+
+    Args:
+        rings: (M, K, 2) outlines, as of `fill_polygons`.
+        numbers: (M,) 1 to 65535.
+        shape: (rows, columns).
+
+    Returns:
+        (rows, columns) uint16, 0 where there is no polygon.
+    """
+    numbered = np.zeros(shape, np.uint16)
+    lengths = np.full(len(rings), rings.shape[1], dtype=np.int64)
+    polygons, rows, first, last = _spans(rings.reshape(-1, 2), lengths, np.arange(len(rings)), shape[0])
+    cells = numbered.reshape(-1)
+    starts, stops, kept = _bounds(rows, first, last, shape)
+    columns = (starts, stops, numbers[polygons[kept]])
+    for start, stop, number in zip(*(one.tolist() for one in columns), strict=True):
+        cells[start:stop] = number
+    return numbered
 
 
 def fill_spans(rows: IntArray, first: FloatArray, last: FloatArray, shape: tuple[int, int]) -> UInt8Array:
@@ -53,9 +70,8 @@ def fill_spans(rows: IntArray, first: FloatArray, last: FloatArray, shape: tuple
     Returns:
         (rows, columns) uint8, 1 inside.
     """
+    starts, stops, _ = _bounds(rows, first, last, shape)
     mask = np.zeros(shape, np.uint8)
-    starts = rows * shape[1] + np.ceil(np.clip(first, 0, shape[1])).astype(np.int64)
-    stops = rows * shape[1] + np.ceil(np.clip(last, 0, shape[1])).astype(np.int64)
     cells = mask.reshape(-1)
     # A frame has some thousand short spans: slices beat a table of all their cells, and need no memory.
     for start, stop in zip(starts.tolist(), stops.tolist(), strict=True):
@@ -63,25 +79,52 @@ def fill_spans(rows: IntArray, first: FloatArray, last: FloatArray, shape: tuple
     return mask
 
 
-def _edges(vertices: FloatArray, lengths: IntArray) -> tuple[FloatArray, FloatArray]:
-    """Upper and lower end of every edge, (E, 2) each, so that an edge shared by two polygons is cut alike."""
+def _bounds(
+    rows: IntArray, first: FloatArray, last: FloatArray, shape: tuple[int, int]
+) -> tuple[IntArray, IntArray, IntArray]:
+    """Where spans begin and end among all cells, row by row, and which they are: those that have cells."""
+    begin, end = np.ceil(np.clip([first, last], 0, shape[1])).astype(np.int64)
+    kept = np.flatnonzero(begin < end)
+    before = rows[kept] * shape[1]
+    return before + begin[kept], before + end[kept], kept
+
+
+def _spans(
+    vertices: FloatArray, lengths: IntArray, polygon_of_ring: IntArray, rows: int
+) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
+    """Polygon, row, first and last column of each span inside, in the polygons' order."""
+    upper, lower, _ = edges(vertices, lengths)
+    polygon, row, column = crossings(upper, lower, np.repeat(polygon_of_ring, lengths), rows)
+    # A closed ring crosses each scanline an even number of times: sorted, neighbours pair into spans.
+    order = np.lexsort((column, row, polygon))
+    polygon, row, column = polygon[order], row[order], column[order]
+    return polygon[::2], row[::2], column[::2], column[1::2]
+
+
+def edges(vertices: FloatArray, lengths: IntArray) -> tuple[FloatArray, FloatArray, BoolArray]:
+    """Upper and lower end of every edge, (E, 2) each, so that an edge shared by two polygons is cut alike.
+
+    And (E,) whether it runs down.
+    """
     successor = np.arange(1, len(vertices) + 1)
     stops = np.cumsum(lengths)[lengths > 0]
     successor[stops - 1] = stops - lengths[lengths > 0]
     following = vertices[successor]
-    downward = (vertices[:, 1] <= following[:, 1])[:, None]
-    return np.where(downward, vertices, following), np.where(downward, following, vertices)
+    downward = vertices[:, 1] <= following[:, 1]
+    down = downward[:, None]
+    return np.where(down, vertices, following), np.where(down, following, vertices), downward
 
 
-def _crossings(
-    upper: FloatArray, lower: FloatArray, polygon_of_edge: IntArray, rows: int
+def crossings(
+    upper: FloatArray, lower: FloatArray, of_edge: IntArray, rows: int
 ) -> tuple[IntArray, IntArray, FloatArray]:
-    """Polygon, row and column (float) of each place where an edge crosses a row of cell centres."""
+    """Places where edges cross a row of cell centres: what is said of the edge, row and column (float)."""
     first = np.ceil(np.clip(upper[:, 1], 0, rows)).astype(np.int64)
     stop = np.ceil(np.clip(lower[:, 1], 0, rows)).astype(np.int64)
     count = stop - first
     edge = np.repeat(np.arange(len(count)), count)
     row = np.arange(len(edge)) - np.repeat(np.cumsum(count) - count - first, count)
-    top, bottom = upper[edge], lower[edge]
-    share = (row - top[:, 1]) / (bottom[:, 1] - top[:, 1])
-    return polygon_of_edge[edge], row, top[:, 0] + share * (bottom[:, 0] - top[:, 0])
+    x_top, top = upper.T[:, edge]
+    x_bottom, bottom = lower.T[:, edge]
+    share = (row - top) / (bottom - top)
+    return of_edge[edge], row, x_top + share * (x_bottom - x_top)

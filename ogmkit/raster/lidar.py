@@ -29,13 +29,13 @@ def lidar_points_level(frame: FrameRecord) -> Float32Array:
     """
     if frame.lidar is None:
         raise FrameFileError(
-            f"sample {frame.sample_token}: has no LiDAR sweep; extract without --lidar",
+            f"sample {frame.sample_token}: has no LiDAR sweep; extract without --lidar and --seen lidar",
             kind="LiDAR sweep is absent",
         )
     path = resolve(frame.dataroot, frame.lidar.path)
     remedy = (
         f"restore the sweep of sample {frame.sample_token}, or leave out such scenes (--only-complete), such "
-        "frames (--skip-bad-frames) or all points: extract without --lidar"
+        "frames (--skip-bad-frames) or all points: extract without --lidar and --seen lidar"
     )
     return moved_points(frame.level_from_global @ frame.lidar.global_from_lidar, read_points(path, remedy))
 

@@ -12,6 +12,7 @@ from ogmkit.typing import BoolArray, FloatArray, IntArray, UInt8Array
 SECTORS = 1800
 """Of a full turn: LiDAR points of a sector say together how far it is seen."""
 _CHUNK = 1 << 16
+_SLACK_RAD = 1e-9
 
 
 def unhidden_mask(
@@ -41,11 +42,13 @@ def unhidden_mask(
     corners = grid.cells(ground_corners(level_from_box, boxes.size_wlh))
     rows, columns = np.nonzero(mask)
     targets = _centres(grid, rows, columns)
+    sectors = _Sectors(targets, eye_level)
     hidden = np.zeros(len(rows), dtype=np.bool_)
     for pose, size, quad in zip(level_from_box, boxes.size_wlh, corners, strict=True):
-        own = fill_polygons([quad], grid.shape)[rows, columns] > 0
-        asked = np.flatnonzero(~hidden & ~own)
-        box_from_level = inverse(pose)
+        asked = sectors.of(pose[:, 3], size)
+        asked = asked[~hidden[asked]]
+        own = fill_polygons([quad], grid.shape)[rows[asked], columns[asked]] > 0
+        asked, box_from_level = asked[~own], inverse(pose)
         for start in range(0, len(asked), _CHUNK):
             part = asked[start : start + _CHUNK]
             hidden[part] = _meets(box_from_level, size, eye_level, targets[part])
@@ -79,6 +82,32 @@ def _centres(grid: GridSpec, rows: IntArray, columns: IntArray) -> FloatArray:
     """(C, 3) centres of cells on the plane z = 0, level frame."""
     positions = grid.positions_m(np.column_stack([columns, rows]))
     return np.column_stack([positions, np.zeros(len(rows))])
+
+
+class _Sectors:
+    """Cells sorted by their direction from the eye, so that those of a box's sector are found at once.
+
+    Args:
+        targets: (C, 2 or more) their centres, metres.
+        eye: (3,) metres.
+    """
+
+    def __init__(self, targets: FloatArray, eye: FloatArray) -> None:
+        angles = np.arctan2(targets[:, 1] - eye[1], targets[:, 0] - eye[0])
+        self._eye = eye
+        self._order = np.argsort(angles)
+        self._angles = angles[self._order]
+
+    def of(self, centre: FloatArray, size_wlh: FloatArray) -> IntArray:
+        """Cells that lie in the sector of a ball round a box; all of them where the eye is over it."""
+        from_eye, radius = centre[:2] - self._eye[:2], np.linalg.norm(size_wlh) / 2
+        distance = np.hypot(*from_eye)
+        if distance <= radius:
+            return self._order
+        half, middle = np.arcsin(radius / distance) + _SLACK_RAD, np.arctan2(from_eye[1], from_eye[0])
+        ends = [(middle - half + turn, middle + half + turn) for turn in (-2 * np.pi, 0.0, 2 * np.pi)]
+        parts = (np.searchsorted(self._angles, both) for both in ends)
+        return np.concatenate([self._order[start:stop] for start, stop in parts])
 
 
 def _meets(

@@ -14,7 +14,8 @@ class SampleArrays:
         image: (T, h, w, 3) uint8 RGB.
         masks: (T, 2, h, w) uint8 0/1 drivable and vehicles, at the images' pixels.
         known_pixels: (T, h, w) uint8 0/1, whether `masks` are the truth there; None where everywhere.
-        bev: (T, 2, rows, columns) uint8 0/1 drivable and vehicles, on the shard's grid.
+        bev: (T, K, rows, columns) uint8 0/1 drivable and vehicles, or what else the specification names, on
+            the shard's grid.
         bev_parts: (T, 2, r, c) float32 shares of each part's cells that are 1 in `bev`.
         known_columns: (columns,) bool of that grid: whether `bev` is the truth there.
         bev_from_image: (T, 3, 3) float64 from pixels of the resized image; NaN where invalid.

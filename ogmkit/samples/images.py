@@ -20,6 +20,8 @@ _DECODE = {
     )
 }
 """By what the size is divided while decoding; the largest first."""
+IMAGENET_STATISTICS = {"mean": (0.485, 0.456, 0.406), "std": (0.229, 0.224, 0.225)}
+"""Of red, green and blue, 0 … 1: what encoders that learnt on ImageNet are given images by."""
 _ALIKE = 1.05
 """Where pixels grow by no more than this, linear weights are areas' to within the same share, and faster."""
 

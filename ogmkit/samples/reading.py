@@ -90,10 +90,10 @@ def read_sample(
         found = _pixels(frames, spec, image_root, source_size, size) if pixels is None else pixels
         parts: dict[str, Any] = {**found}
         if spec.bev:
-            parts["bev"] = _bev(frames)
+            parts["bev"] = _bev(frames, spec.rasters)
             parts["known_columns"] = np.ones(parts["bev"].shape[-1], np.bool_)
         if spec.bev_parts is not None:
-            bev = _bev(frames)
+            bev = _bev(frames, TARGETS)
             parts["bev_parts"] = shares(part_counts(bev, spec.bev_parts), bev.shape[-2:])
         if spec.lidar:
             parts["points_level"] = _points(frames)
@@ -109,7 +109,7 @@ def read_part_counts(frames: Rows, parts: tuple[int, int]) -> Counts:
         ShardError: the shard is damaged or lacks something.
     """
     with _damage_named(frames):
-        return part_counts(_bev(frames), parts)
+        return part_counts(_bev(frames, TARGETS), parts)
 
 
 @contextmanager
@@ -138,9 +138,9 @@ def _sizes(frames: Rows, spec: SampleSpec) -> tuple[IntArray, IntArray]:
     return source_size, wanted
 
 
-def _bev(frames: Rows) -> UInt8Array:
-    """(T, 2, rows, columns) drivable and vehicles."""
-    return np.stack([frames.column(target) for target in TARGETS], axis=1)
+def _bev(frames: Rows, names: Sequence[str]) -> UInt8Array:
+    """(T, K, rows, columns) of K rasters."""
+    return np.stack([frames.column(name) for name in names], axis=1)
 
 
 def _images(

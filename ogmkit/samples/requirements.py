@@ -1,18 +1,23 @@
 """What samples need of a folder of shards, and the commands that make what is missing."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from ogmkit.base.names import unknown
 from ogmkit.errors import SettingsError, ShardError
 from ogmkit.samples.spec import SampleSpec
 from ogmkit.shards import schema
 from ogmkit.shards.crosschecks_added import origin_problem
 from ogmkit.shards.faults import H5_ERRORS, damaged
-from ogmkit.shards.fields import AddedKind
+from ogmkit.shards.fields import COLUMNS, FRAMES, ROWS, AddedKind, parts_of
 from ogmkit.shards.manifest import Manifest
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.remedies import footprints_command, homography_command
+from ogmkit.shards.schema_further import further_fields
 from ogmkit.typing import BoolArray
+
+_BINARY = "uint8", (FRAMES, ROWS, COLUMNS)
+"""dtype and shape of rasters of 0 and 1."""
 
 
 def require_extracted(out: Path, manifest: Manifest, needs: SampleSpec) -> None:
@@ -22,15 +27,17 @@ def require_extracted(out: Path, manifest: Manifest, needs: SampleSpec) -> None:
         ShardError: they were not, or images are kept as paths into a dataset that is not there.
     """
     settings = manifest.settings.targets
-    if needs.sees_bev or needs.masks is not None:
+    if needs.bev_parts is not None or needs.masks is not None or (needs.bev and "drivable" in needs.rasters):
         require_drivable(out, manifest)
-    again = _again(out, manifest)
+    if needs.bev:
+        _require_rasters(out, manifest, needs.rasters)
+    command = again(out, manifest)
     if needs.lidar and not settings.lidar:
-        raise ShardError(f"{out}: has no LiDAR points; run `{again} --lidar`")
+        raise ShardError(f"{out}: has no LiDAR points; run `{command} --lidar`")
     if needs.image_size is None or settings.images == "bytes":
         return
     if settings.images == "none":
-        raise ShardError(f"{out}: has no images (--images none); run `{again} --images bytes`")
+        raise ShardError(f"{out}: has no images (--images none); run `{command} --images bytes`")
     if not Path(manifest.dataroot).is_dir():
         raise ShardError(
             f"{out}: its images lie in {manifest.dataroot}, which is absent; bring it back, or extract with "
@@ -46,12 +53,26 @@ def require_drivable(out: Path, manifest: Manifest) -> None:
     """
     if manifest.settings.targets.no_map:
         raise ShardError(
-            f"{out}: has no drivable area (--no-map), which is needed here; run `{_again(out, manifest)}`, "
+            f"{out}: has no drivable area (--no-map), which is needed here; run `{again(out, manifest)}`, "
             "with the map masks in place"
         )
 
 
-def _again(out: Path, manifest: Manifest) -> str:
+def _require_rasters(out: Path, manifest: Manifest, names: Sequence[str]) -> None:
+    """Check that the shards hold rasters of 0 and 1 of these names."""
+    targets = manifest.settings.targets
+    stored = (*schema.fields(parts_of(targets)), *further_fields(targets))
+    known = tuple(one.name for one in stored if (one.dtype, one.shape) == _BINARY)
+    for name in names:
+        if name not in known:
+            raise ShardError(
+                f"{out}: {unknown('raster', name, known)}; for others, run `{again(out, manifest)}` with "
+                "--layers or --classes"
+            )
+
+
+def again(out: Path, manifest: Manifest) -> str:
+    """The command that rebuilds a folder's shards."""
     return f"ogmkit extract {manifest.dataroot} {out} --overwrite"
 
 

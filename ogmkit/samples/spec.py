@@ -21,6 +21,7 @@ class SampleSpec:
         calibration: whether `intrinsics` and `level_from_camera` are wanted.
         lidar: whether the LiDAR image is wanted; needs `bev_cell_m`.
         bev: whether the BEV truth is wanted; needs `bev_cell_m`.
+        rasters: what it holds: datasets of a camera whose cells are 0 or 1, such as `layers/lane`.
         trajectory: whether past and future are wanted.
         bev_parts: (rows, columns) of equal parts of the shard's grid that BEV truth is averaged over; None
             where that is not wanted.
@@ -36,6 +37,7 @@ class SampleSpec:
     trajectory: bool = False
     image: bool = True
     bev_parts: tuple[int, int] | None = None
+    rasters: tuple[str, ...] = TARGETS
 
     @property
     def sees_bev(self) -> bool:

@@ -72,20 +72,21 @@ def added_values(shard: Shard, camera: str, kind: AddedKind, name: str) -> dict[
     """The attributes of an added group, as `new_group` takes them; None where there is no such group.
 
     Raises:
-        ShardError: its settings are no JSON.
+        ShardError: it lacks one, or one isn't of its kind.
     """
     if name not in shard.added(camera, kind.name):
         return None
     group = place(camera, kind, name)
     there = shard.attributes(group)
-    values: dict[str, Any] = {
-        attribute.name: attribute.kind(there[attribute.name])
-        for attribute in kind.attributes
-        if attribute.name in there and attribute.name != "package_version"
-    }
+    wanted = [attribute for attribute in kind.attributes if attribute.name != "package_version"]
+    for one in wanted:
+        problem = one.problem(there.get(one.name))
+        if problem:
+            raise ShardError(f"{shard.path}: {group} attribute {one.name} is {problem}; {REMEDY}")
+    values: dict[str, Any] = {one.name: one.kind(there[one.name]) for one in wanted}
     try:
         return values | {"settings": json.loads(values["settings"])}
-    except (KeyError, ValueError) as error:
+    except ValueError as error:
         raise ShardError(f"{shard.path}: {group} has damaged settings ({error}); {REMEDY}") from error
 
 

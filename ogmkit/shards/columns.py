@@ -6,6 +6,7 @@ from typing import Any
 
 from ogmkit.frames import FrameRecord, LeftOutFrame
 from ogmkit.shards.fields import LEFT_OUT_GROUP
+from ogmkit.shards.schema_seen import SEEN
 from ogmkit.trajectories import Trajectory
 
 
@@ -33,5 +34,10 @@ def column(
         return list(accumulate(counts, initial=0))
     if group == "boxes":
         return list(chain.from_iterable(getattr(frame.boxes, attribute) for frame in frames))
-    rows: Mapping[str, Sequence[Any]] = {"trajectory": trajectories, LEFT_OUT_GROUP: left_out, "": frames}
+    rows: Mapping[str, Sequence[Any]] = {
+        "trajectory": trajectories,
+        LEFT_OUT_GROUP: left_out,
+        SEEN: frames,
+        "": frames,
+    }
     return [getattr(row, attribute) for row in rows[group]]

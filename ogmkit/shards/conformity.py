@@ -19,6 +19,8 @@ def sizes(group: h5py.Group, grid: GridSpec) -> dict[str, int]:
         fields.BOXES: _length(group, "boxes/annotation_token"),
         fields.POINTS: _length(group, "lidar/points"),
         fields.LEFT_OUT: _length(group, f"{fields.LEFT_OUT_GROUP}/sample_data_token"),
+        fields.INSTANCES: _length(group, "instances/token"),
+        fields.FUTURE: _width(group, "future/valid"),
         fields.ROWS: grid.rows,
         fields.COLUMNS: grid.columns,
     }
@@ -55,6 +57,11 @@ def departures(dataset: h5py.Dataset, field: Field, symbols: Mapping[str, int]) 
 def _length(group: h5py.Group, name: str) -> int:
     found = group.get(name)
     return len(found) if isinstance(found, h5py.Dataset) and found.shape else 0
+
+
+def _width(group: h5py.Group, name: str) -> int:
+    found = group.get(name)
+    return int(found.shape[1]) if isinstance(found, h5py.Dataset) and found.ndim > 1 else 0
 
 
 def _same_dtype(dtype: "np.dtype[np.generic]", field: Field) -> bool:

@@ -16,7 +16,7 @@ from ogmkit.shards.reader import Shard
 from ogmkit.typing import BoolArray, FloatArray, UInt8Array
 
 _POSE_TOLERANCE = 1e-6
-_RASTER_TOLERANCE = 1e-4
+RASTER_TOLERANCE = 1e-4
 """Share of cells that may differ when a raster is made again: other machines round otherwise."""
 _SHARES = {
     "drivable": "drivable_share",
@@ -52,7 +52,7 @@ def _order(shard: Shard, camera: str) -> Iterator[str]:
 
 def _poses(shard: Shard, camera: str) -> Iterator[str]:
     for name in ("ego_from_camera", "global_from_ego", "level_from_global"):
-        yield from first_wrong(f"{name} is not a rigid transform in", ~_rigid(shard.dataset(camera, name)[:]))
+        yield from first_wrong(f"{name} is not a rigid transform in", ~rigid(shard.dataset(camera, name)[:]))
     expected = level_from_global(shard.dataset(camera, "global_from_ego")[:])
     found = shard.dataset(camera, "level_from_global")[:]
     wrong = ~np.isclose(found, expected, rtol=1e-9, atol=_POSE_TOLERANCE).all(axis=(1, 2))
@@ -87,8 +87,8 @@ def _boxes(shard: Shard, camera: str) -> Iterator[str]:
     yield from _offsets(shard, camera, "boxes", count)
     if len(set(shard.strings(camera, "boxes/annotation_token"))) != count:
         yield "boxes/annotation_token has duplicates"
-    rigid = _rigid(shard.dataset(camera, "boxes/global_from_box")[:])
-    yield from first_wrong("boxes/global_from_box is not a rigid transform in", ~rigid, "box")
+    sound = rigid(shard.dataset(camera, "boxes/global_from_box")[:])
+    yield from first_wrong("boxes/global_from_box is not a rigid transform in", ~sound, "box")
     positive = (shard.dataset(camera, "boxes/size_wlh")[:] > 0).all(axis=1)
     yield from first_wrong("boxes/size_wlh is not positive in", ~positive, "box")
     yield from first_wrong(
@@ -115,7 +115,7 @@ def _rasters(shard: Shard, camera: str, *, make_again: bool) -> Iterator[str]:
             binary[frame] = mask.max() <= 1
             ones += int(np.count_nonzero(mask))
             if make is not None and make_again:
-                same[frame] = np.mean(mask != make(shard, camera, frame)) <= _RASTER_TOLERANCE
+                same[frame] = np.mean(mask != make(shard, camera, frame)) <= RASTER_TOLERANCE
         yield from first_wrong(f"{name} holds other values than 0 and 1 in", ~binary)
         yield from first_wrong(f"{name} contradicts boxes, poses or calibration in", ~same)
         share = _SHARES[name]
@@ -193,7 +193,7 @@ def _left_out(shard: Shard, camera: str) -> Iterator[str]:
     yield from first_wrong(f"{LEFT_OUT_GROUP}/timestamp_us goes back after", steps_us <= 0)
 
 
-def _rigid(matrices: FloatArray) -> BoolArray:
+def rigid(matrices: FloatArray) -> BoolArray:
     """(...) bool: whether (..., 4, 4) transforms are finite, orthonormal, right-handed and affine."""
     rotation = matrices[..., :3, :3]
     products = rotation @ np.swapaxes(rotation, -1, -2)

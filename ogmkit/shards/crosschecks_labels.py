@@ -6,10 +6,10 @@ import numpy as np
 
 from ogmkit.labels.definition import Definition
 from ogmkit.labels.make import NO_VISIBILITY
-from ogmkit.shards.crosschecks import first_wrong
+from ogmkit.shards.crosschecks import first_wrong, rigid
 from ogmkit.shards.labels_stored import holds_labels_only
 from ogmkit.shards.reader import Shard
-from ogmkit.shards.schema_labels import LABELS, SAMPLE_TOKENS
+from ogmkit.shards.schema_labels import LABELS, POSES, SAMPLE_TOKENS, SURROUND
 from ogmkit.typing import BoolArray, UInt8Array
 
 
@@ -26,6 +26,10 @@ def label_contradictions(shard: Shard) -> Iterator[str]:
         tokens = shard.strings(place, SAMPLE_TOKENS.name)
         if len(set(tokens)) != len(tokens):
             yield f"/{place}/{SAMPLE_TOKENS.name} has duplicates"
+        for field in POSES if place == SURROUND else ():
+            if field.name in shard.h5[place]:
+                wrong = ~rigid(shard.dataset(place, field.name)[:])
+                yield from first_wrong(f"/{place}/{field.name} is not a rigid transform in", wrong)
         for camera in shard.cameras:
             if not set(shard.strings(camera, SAMPLE_TOKENS.name)) <= set(tokens):
                 yield f"/{place}/{SAMPLE_TOKENS.name} lacks samples of /{camera}"

@@ -9,11 +9,14 @@ import numpy as np
 
 from ogmkit.target_settings import TargetSettings
 
-Part = Literal["core", "map", "no map", "image", "lidar", "left out", "optional"]
+_PaperPart = Literal["core", "map", "no map", "image", "lidar", "left out", "optional"]
+_FurtherPart = Literal["rays", "reach", "layers", "classes", "instances", "flow", "future"]
+Part = _PaperPart | _FurtherPart
 Storage = Literal["whole", "rasters", "bytes", "rows"]
 Dimension = str | int
 
 FRAMES, FRAMES_AND_END, BOXES, POINTS = "N", "N + 1", "M", "P"
+INSTANCES, FUTURE = "I", "n"
 LEFT_OUT, LEFT_OUT_GROUP = "L", "left_out"
 ROWS, COLUMNS = "rows", "columns"
 HEIGHT, WIDTH = "height", "width"
@@ -26,13 +29,13 @@ class Field:
     Attributes:
         name: below the group, such as `boxes/size_wlh`.
         dtype: a numpy name, `text` (UTF-8) or `bytes` (a variable number of uint8 a row).
-        shape: sizes, or symbols: N frames, M boxes, P points, L frames that are left out, rows, columns, a
-            mask's height and width.
+        shape: sizes, or symbols: N frames, M boxes, P points, L frames that are left out, I instances, n
+            future key frames, rows, columns, a mask's height and width.
         description: what a row means.
         units: of the values; empty where they have none.
         frame: coordinate frame of the values; empty where they have none.
-        part: stored always (`core`), by the settings (`map` or `no map`, `image`, `lidar`), where frames are
-            left out, or where there are such values (`optional`).
+        part: stored always (`core`), by the settings (`reach` by `--seen lidar`), where frames are left out,
+            or where there are such values (`optional`).
     """
 
     name: str
@@ -50,7 +53,7 @@ class Field:
             return "bytes"
         if self.shape[0] == POINTS:
             return "rows"
-        return "rasters" if self.shape[1:] in ((ROWS, COLUMNS), (HEIGHT, WIDTH)) else "whole"
+        return "rasters" if self.shape[-2:] in ((ROWS, COLUMNS), (HEIGHT, WIDTH)) else "whole"
 
     @property
     def h5_dtype(self) -> np.dtype[Any]:
@@ -76,6 +79,13 @@ class Attribute:
     kind: type[str] | type[int] | type[float]
     description: str
     part: Part = "core"
+
+    def problem(self, value: object) -> str:
+        """What is wrong with a stored value, where None is an absent one; empty if nothing is."""
+        stored = {str: str, int: np.integer, float: np.floating}[self.kind]
+        if isinstance(value, stored):
+            return ""
+        return "missing" if value is None else f"{value!r}, not a {self.kind.__name__}"
 
 
 @dataclass(frozen=True)
@@ -112,6 +122,13 @@ def parts_of(settings: TargetSettings, *, left_out: bool = False) -> frozenset[P
         "no map": settings.no_map,
         "image": settings.images == "bytes",
         "lidar": settings.lidar,
+        "rays": "rays" in settings.seen,
+        "reach": "lidar" in settings.seen,
         "left out": left_out,
+        "layers": bool(settings.layers),
+        "classes": bool(settings.classes),
+        "instances": settings.instances,
+        "flow": settings.flow,
+        "future": settings.future > 0,
     }
     return frozenset(part for part, holds in conditions.items() if holds)

@@ -13,13 +13,17 @@ from ogmkit.labels.definition import Definition
 from ogmkit.labels.ignore import has_sweep
 from ogmkit.labels.make import labels_of
 from ogmkit.nuscenes.expansion import Expansion, open_expansion
+from ogmkit.nuscenes.maps import MapMask, MaskStore
+from ogmkit.nuscenes.paths import resolve
 from ogmkit.shards.fields import FRAMES
 from ogmkit.shards.labels_rows import rows_of
 from ogmkit.shards.layout import attribute_values, create_dataset, store_dataset
 from ogmkit.shards.schema_labels import (
     HAS_SWEEP,
     LABEL_ATTRIBUTES,
+    POSES,
     SAMPLE_TOKENS,
+    SURROUND,
     label_fields,
     label_group,
     label_sizes,
@@ -28,24 +32,24 @@ from ogmkit.shards.settings import ExtractSettings
 from ogmkit.shards.sink import ShardFile
 
 
-def write_labels(file: ShardFile, scene: SceneRecord, settings: ExtractSettings) -> None:
+def write_labels(file: ShardFile, scene: SceneRecord, settings: ExtractSettings, masks: MaskStore) -> None:
     """Write the groups of all definitions but the paper's.
 
     Args:
         file: the shard, its cameras written.
         scene: with its key frames.
         settings: which definitions, and how they are stored.
+        masks: the store of decoded map masks.
 
     Raises:
-        DataFileError: the location's map expansion is absent or damaged.
+        DataFileError: the location's map expansion, or its mask, is absent or damaged.
         TableError: the scene has no key frames.
     """
     for definition in settings.labels:
         rows = rows_of(scene, definition)
         if not rows:
             raise TableError(f"scene {scene.name}: has no key frames; leave it out")
-        expansion = open_expansion(rows[0].dataroot, rows[0].location) if definition.needs_map else None
-        _write_definition(file, definition, rows, expansion, settings)
+        _write_definition(file, definition, rows, _map_of(rows[0], definition, masks), settings)
 
 
 def record_text(definition: Definition) -> str:
@@ -53,11 +57,17 @@ def record_text(definition: Definition) -> str:
     return json.dumps(definition.to_dict(), sort_keys=True)
 
 
+def _map_of(key_frame: KeyFrame, definition: Definition, masks: MaskStore) -> Expansion | MapMask | None:
+    if definition.cell.layers == "mask":
+        return masks.open(resolve(key_frame.dataroot, key_frame.map_path))
+    return open_expansion(key_frame.dataroot, key_frame.location) if definition.needs_map else None
+
+
 def _write_definition(
     file: ShardFile,
     definition: Definition,
     rows: Sequence[KeyFrame],
-    expansion: Expansion | None,
+    location_map: Expansion | MapMask | None,
     settings: ExtractSettings,
 ) -> None:
     sizes = {FRAMES: len(rows), **label_sizes(definition.to_dict())}
@@ -67,7 +77,7 @@ def _write_definition(
             if field.storage == "rasters":
                 create_dataset(group, field, sizes, settings.compression)
     for row, key_frame in enumerate(rows):
-        arrays = labels_of(key_frame, definition, expansion)
+        arrays = labels_of(key_frame, definition, location_map)
         with file.writing():
             for name, array in arrays.items():
                 group[name][row] = array
@@ -78,11 +88,13 @@ def _write_definition(
 
 
 def _new_group(h5: h5py.File, definition: Definition, rows: Sequence[KeyFrame]) -> h5py.Group:
-    """The definition's group; what its place holds of it first brings the tokens of the samples."""
+    """The definition's group; what its place holds of it first brings tokens and poses of the samples."""
     place = h5.require_group(definition.place)
     if SAMPLE_TOKENS.name not in place:
         tokens = [one.sample_token for one in rows]
         store_dataset(place, SAMPLE_TOKENS, tokens, {FRAMES: len(rows)})
+        for field in POSES if definition.place == SURROUND else ():
+            store_dataset(place, field, [getattr(one, field.name) for one in rows], {FRAMES: len(rows)})
     group = h5.create_group(label_group(definition))
     values = {"definition": record_text(definition), "package_version": __version__}
     group.attrs.update(attribute_values(LABEL_ATTRIBUTES, values))

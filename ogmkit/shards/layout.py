@@ -35,7 +35,7 @@ def create_dataset(
     shape = field.resolved(sizes)
     layout: dict[str, Any] = {"name": field.name, "shape": shape, "dtype": field.h5_dtype}
     if field.storage == "rasters":
-        layout |= {"chunks": (1, *shape[1:])} | _FILTERS[compression]
+        layout |= {"chunks": (*(1 for _ in shape[:-2]), *shape[-2:])} | _FILTERS[compression]
     elif field.storage == "rows":
         chunks = (_POINTS_PER_CHUNK, *shape[1:])
         layout |= {"maxshape": (None, *shape[1:]), "chunks": chunks} | _FILTERS[compression]

@@ -4,10 +4,12 @@ from collections.abc import Iterator, Mapping
 
 from ogmkit.shards import schema
 from ogmkit.shards.fields import AddedKind, Field, Part
+from ogmkit.shards.schema_further import FURTHER_FIELDS
 from ogmkit.shards.schema_labels import (
     LABEL_ATTRIBUTES,
     LABEL_FIELDS,
     LABELS,
+    POSES,
     SAMPLE_TOKENS,
     SURROUND,
 )
@@ -18,12 +20,19 @@ _WHEN: Mapping[Part, str] = {
     "no map": " (with `--no-map`)",
     "image": " (with `--images bytes`)",
     "lidar": " (with `--lidar`)",
+    "rays": " (with `--seen rays`)",
+    "reach": " (with `--seen lidar`)",
     "left out": " (where frames are left out)",
+    "layers": " (with `--layers`)",
+    "classes": " (with `--classes`)",
+    "instances": " (with `--instances`)",
+    "flow": " (with `--instances --flow`)",
+    "future": " (with `--future n`)",
     "optional": " (optional)",
 }
 
 _LABELS = {
-    f"/{SURROUND}": (SAMPLE_TOKENS,),
+    f"/{SURROUND}": (SAMPLE_TOKENS, *POSES),
     f"/{SURROUND}/{LABELS}/<definition>": LABEL_FIELDS,
 }
 """Place → datasets of labels by name."""
@@ -31,7 +40,7 @@ _LABELS = {
 
 def schema_markdown() -> str:
     """The schema as Markdown tables: a camera's group, groups added to it, labels by name, attributes."""
-    tables = [_dataset_lines("`/<CAMERA>/…`", (*schema.FIELDS, *schema.LEFT_OUT_FIELDS))]
+    tables = [_dataset_lines("`/<CAMERA>/…`", (*schema.FIELDS, *FURTHER_FIELDS, *schema.LEFT_OUT_FIELDS))]
     tables += [_dataset_lines(f"`{_place(kind)}/…`", kind.fields) for kind in schema.ADDED]
     tables += [_dataset_lines(f"`{place}/…`", fields) for place, fields in _LABELS.items()]
     return "\n\n".join("\n".join(lines) for lines in (*tables, _attribute_lines())) + "\n"

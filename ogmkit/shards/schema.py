@@ -17,7 +17,9 @@ from ogmkit.shards.fields import (
     Field,
     Part,
 )
-from ogmkit.shards.schema_labels import LABELS, label_field
+from ogmkit.shards.schema_further import STORED, named_field
+from ogmkit.shards.schema_labels import LABELS, POSES, label_field
+from ogmkit.shards.schema_seen import SEEN_FIELDS
 
 FORMAT = "ogmkit-shard"
 FORMAT_VERSION = 1
@@ -56,10 +58,8 @@ CAMERA_ATTRIBUTES = (
 
 DATASET_ATTRIBUTES = ("description", "units", "frame")
 
-_RASTER = (FRAMES, ROWS, COLUMNS)
-_POSE = (FRAMES, 4, 4)
-_PATH = (FRAMES, 6, 2)
-_STEPS = (FRAMES, 6)
+_RASTER, _POSE = (FRAMES, ROWS, COLUMNS), (FRAMES, 4, 4)
+_PATH, _STEPS = (FRAMES, 6, 2), (FRAMES, 6)
 
 FIELDS = (
     Field("sample_token", "text", (FRAMES,), "token of the key frame; frames stand in temporal order"),
@@ -70,9 +70,8 @@ FIELDS = (
         "uint8",
         _RASTER,
         "1 where the cell's centre is on the map's drivable area",
-        "",
-        "bev",
-        "map",
+        frame="bev",
+        part="map",
     ),
     Field("vehicles", "uint8", _RASTER, "1 where the cell's centre is under a vehicle", "", "bev"),
     Field(
@@ -123,6 +122,7 @@ FIELDS = (
         "frame i owns points offsets[i] … offsets[i + 1] − 1",
         part="lidar",
     ),
+    *SEEN_FIELDS,
 )
 """All datasets of a camera's group but those of added groups, and of frames that are left out."""
 
@@ -138,6 +138,8 @@ LEFT_OUT_FIELDS = (
     Field("left_out/reason", "text", (LEFT_OUT,), "what was wrong with its file", part="left out"),
 )
 """Datasets of a camera's group that has lost frames: neighbours in time are looked for among these too."""
+
+_OF_CAMERAS = (*FIELDS, *LEFT_OUT_FIELDS, *STORED)
 
 HOMOGRAPHY = AddedKind(
     "homography",
@@ -232,19 +234,15 @@ ADDED = (HOMOGRAPHY, FOOTPRINTS)
 
 def fields(parts: Collection[Part]) -> tuple[Field, ...]:
     """The datasets of these parts that a camera's group holds."""
-    return tuple(field for field in (*FIELDS, *LEFT_OUT_FIELDS) if field.part in parts)
+    return tuple(field for field in _OF_CAMERAS if field.part in parts)
 
 
 def field_of(name: str) -> Field | None:
-    """The field of a dataset by its name below a camera's group; None where the schema has none.
-
-    Args:
-        name: such as `boxes/offsets` or `homography/surface/valid`.
-    """
+    """The field of a dataset by its name below a group, such as `homography/surface/valid`, or None."""
     kind, _, rest = name.partition("/")
     inner = rest.partition("/")[2]
     if kind == LABELS:
         return label_field(inner)
     added = next((one.fields for one in ADDED if one.name == kind), None)
-    known, own = ((*FIELDS, *LEFT_OUT_FIELDS), name) if added is None else (added, inner)
-    return next((field for field in known if field.name == own), None)
+    known, own = ((*_OF_CAMERAS, *POSES), name) if added is None else (added, inner)
+    return next((field for field in known if field.name == own), named_field(name))

@@ -16,6 +16,11 @@ SAMPLE_TOKENS = Field(
     "sample_token", "text", (FRAMES,), "token of the key frame; frames stand in temporal order"
 )
 """Of a group that holds labels."""
+POSES = (
+    Field("global_from_ego", "float64", (FRAMES, 4, 4), "ego pose of the sweep", "m", "global", "optional"),
+    Field("ego_from_lidar", "float64", (FRAMES, 4, 4), "mounting of the LiDAR", "m", "ego", "optional"),
+)
+"""Of the group of labels round the vehicle; shards of earlier versions lack them."""
 
 _ARRAY = (FRAMES, ROWS, COLUMNS)
 CLASS = Field("<class>", "uint8", _ARRAY, "1 where the class is, by the definition")

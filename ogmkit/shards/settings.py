@@ -11,7 +11,7 @@ from ogmkit.base.stated import require_stated, setting
 from ogmkit.base.steps import GAP_STEPS, STEP_S
 from ogmkit.errors import SettingsError
 from ogmkit.grid import GridSpec
-from ogmkit.labels.catalogue import PRESETS
+from ogmkit.labels.catalogue import definition
 from ogmkit.labels.definition import Definition, without_map
 from ogmkit.labels.names import NAMES, PAPER
 from ogmkit.target_settings import TargetSettings
@@ -23,7 +23,10 @@ Compression = Literal["gzip", "lzf", "none"]
 LEAVING_OUT = ("only_complete", "skip_bad_frames")
 """Settings of an extraction that say what it leaves out."""
 
-_LATER = ("min_lidar_points", "step_s", "lidar_channel", "no_map")
+_LATER = (
+    *("min_lidar_points", "step_s", "lidar_channel", "no_map", "seen"),
+    *("layers", "line_width_m", "classes", "instances", "flow", "future"),
+)
 """Of targets: left out at their defaults, as shards have it that were written before they could be set."""
 
 
@@ -66,9 +69,13 @@ class ExtractSettings:
         for name in self.definitions:
             if name not in NAMES:
                 raise SettingsError(unknown("definition", name, NAMES))
-        for definition in self.labels:
-            if not definition.classes:
-                raise SettingsError(f"definition {definition.name}: has no class without a map; leave it out")
+        for one in self.labels:
+            if not one.classes:
+                raise SettingsError(f"definition {one.name}: has no class without a map; leave it out")
+        if self.targets.further and not self.paper:
+            raise SettingsError(
+                "layers, classes, instances, future: lie beside the paper's labels; add --definition paper"
+            )
         if self.only_complete and self.skip_bad_frames:
             raise SettingsError("only_complete, skip_bad_frames: leave out whole scenes or frames, not both")
 
@@ -80,8 +87,18 @@ class ExtractSettings:
     @property
     def labels(self) -> tuple[Definition, ...]:
         """The definitions besides the paper's; without maps, without the classes that need one."""
-        chosen = (PRESETS[name] for name in self.definitions if name != PAPER)
+        chosen = (definition(name, self.targets) for name in self.definitions if name != PAPER)
         return tuple(without_map(one) if self.targets.no_map else one for one in chosen)
+
+    @property
+    def draws_mask(self) -> bool:
+        """Whether a definition besides the paper's draws the drivable-area mask."""
+        return any(one.cell.layers == "mask" for one in self.labels)
+
+    @property
+    def needs_mask(self) -> bool:
+        """Whether anything does."""
+        return self.draws_mask or (self.paper and not self.targets.no_map)
 
     @property
     def leaves_out(self) -> bool:
@@ -95,8 +112,11 @@ class ExtractSettings:
         """
         targets = dataclasses.asdict(replace(self.targets, max_gap_s=self.targets.gap_s))
         for name in _LATER:
-            if targets[name] == getattr(TargetSettings(), name):
+            if getattr(self.targets, name) == getattr(TargetSettings(), name):
                 del targets[name]
+        for name in ("layers", "classes"):
+            if name in targets:
+                targets[name] = sorted(targets[name])
         own: dict[str, Any] = {"cameras": sorted(self.cameras), "compression": self.compression}
         if self.definitions != (PAPER,):
             own["definitions"] = sorted(self.definitions, key=NAMES.index)
@@ -115,7 +135,8 @@ class ExtractSettings:
             cameras, compression = tuple(targets.pop("cameras")), targets.pop("compression")
             definitions = tuple(targets.pop("definitions", (PAPER,)))
             targets["grid"] = GridSpec(**targets["grid"])
-            targets["categories"] = tuple(targets["categories"])
+            for name in {"categories", "layers", "classes"} & targets.keys():
+                targets[name] = tuple(targets[name])
             if targets["max_gap_s"] == GAP_STEPS * targets.get("step_s", STEP_S):
                 targets["max_gap_s"] = None
             return cls(TargetSettings(**targets), cameras, compression, definitions=definitions)

@@ -8,6 +8,7 @@ from ogmkit.shards import fields, schema
 from ogmkit.shards.conformity import mask_sizes, sizes
 from ogmkit.shards.fields import AddedKind, Field, Part
 from ogmkit.shards.reader import Shard
+from ogmkit.shards.schema_further import further_fields
 from ogmkit.shards.schema_labels import LABELS
 from ogmkit.shards.stored import reading
 from ogmkit.shards.structure_labels import label_problems
@@ -45,8 +46,9 @@ def _problems(shard: Shard) -> Iterator[str]:
 
 
 def _camera_problems(shard: Shard, group: h5py.Group, parts: frozenset[Part]) -> Iterator[str]:
-    stored = schema.fields(parts)
-    symbols = sizes(group, shard.grid)
+    targets = shard.settings.targets
+    stored = (*schema.fields(parts), *further_fields(targets))
+    symbols = sizes(group, shard.grid) | {fields.FUTURE: targets.future}
     for field in stored:
         yield from field_problems(group, field, symbols)
     known = {field.name for field in stored}

@@ -11,7 +11,9 @@ from ogmkit.shards.labels_stored import holds_labels_only, label_groups, stored_
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.schema_labels import (
     LABEL_ATTRIBUTES,
+    POSES,
     SAMPLE_TOKENS,
+    SURROUND,
     label_fields,
     label_group,
     label_sizes,
@@ -52,8 +54,10 @@ def _paper_problems(shard: Shard) -> Iterator[str]:
 
 def _place_problems(shard: Shard, place: h5py.Group) -> Iterator[str]:
     """Of a group that holds labels alone."""
-    yield from field_problems(place, SAMPLE_TOKENS, sizes(place, shard.grid))
-    for name in sorted(set(place) - {SAMPLE_TOKENS.name, "labels"}):
+    there = [field for field in POSES if field.name in place] if place.name == f"/{SURROUND}" else []
+    for field in (SAMPLE_TOKENS, *there):
+        yield from field_problems(place, field, sizes(place, shard.grid))
+    for name in sorted(set(place) - {SAMPLE_TOKENS.name, "labels", *(field.name for field in there)}):
         yield f"{place.name}/{name} is not in the schema"
 
 

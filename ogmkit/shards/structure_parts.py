@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Mapping, Sequence
 
 import h5py
-import numpy as np
 
 from ogmkit.shards import schema
 from ogmkit.shards.conformity import departures
@@ -28,11 +27,8 @@ def attribute_problems(
     owner: h5py.File | h5py.Group, attributes: Sequence[Attribute], parts: frozenset[Part]
 ) -> Iterator[str]:
     """Describe attributes of these parts that are missing or of another kind."""
-    kinds = {str: str, int: np.integer, float: np.floating}
     for attribute in attributes:
         value = owner.attrs.get(attribute.name)
-        if value is None and attribute.part not in parts:
-            continue
-        if not isinstance(value, kinds[attribute.kind]):
-            shown = "missing" if value is None else f"{value!r}, not a {attribute.kind.__name__}"
-            yield f"{owner.name} attribute {attribute.name} is {shown}"
+        problem = attribute.problem(value)
+        if problem and not (value is None and attribute.part not in parts):
+            yield f"{owner.name} attribute {attribute.name} is {problem}"

@@ -9,7 +9,9 @@ from ogmkit.base.differences import differences
 from ogmkit.errors import ShardError
 from ogmkit.shards.crosschecks import cross_problems
 from ogmkit.shards.crosschecks_added import added_problems
+from ogmkit.shards.crosschecks_further import further_problems
 from ogmkit.shards.crosschecks_labels import label_contradictions
+from ogmkit.shards.crosschecks_seen import seen_problems
 from ogmkit.shards.faults import AGAIN, H5_ERRORS, REMEDY, damaged
 from ogmkit.shards.listed import require_unchanged
 from ogmkit.shards.manifest import (
@@ -138,8 +140,12 @@ def _content_problems(shard: Shard, entry: ShardEntry | None, manifest: Manifest
         )
     yield from label_contradictions(shard)
     for camera in shard.cameras:
-        yield from cross_problems(shard, camera)
+        problems = cross_problems(shard, camera)
+        yield from problems
+        yield from further_problems(shard, camera)
         yield from added_problems(shard, camera)
+        if not problems:
+            yield from seen_problems(shard, camera)
 
 
 def _without_path(error: ShardError, path: Path) -> str:

@@ -1,7 +1,7 @@
 """Writing a shard: one scene, frame by frame, with no more than a frame's rasters in memory."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from ogmkit.base.atomic import replacing
 from ogmkit.base.steps import STEPS
 from ogmkit.errors import TableError
 from ogmkit.frames import FrameRecord, LeftOutFrame, SceneRecord
+from ogmkit.further_targets import Around, following_boxes, instance_numbers
 from ogmkit.labels.catalogue import paper
 from ogmkit.labels.names import PAPER
 from ogmkit.nuscenes.maps import MapMask, MaskStore
@@ -22,10 +23,12 @@ from ogmkit.shards import fields, schema
 from ogmkit.shards.columns import column
 from ogmkit.shards.labels_writer import record_text, write_labels
 from ogmkit.shards.layout import attribute_values, create_dataset, store_dataset
+from ogmkit.shards.schema_further import FUTURE_VALID, INSTANCE_TOKENS, further_fields
+from ogmkit.shards.schema_seen import SEEN
 from ogmkit.shards.settings import Compression, ExtractSettings
 from ogmkit.shards.sink import ShardFile, create
 from ogmkit.target_settings import TargetSettings
-from ogmkit.targets import FrameTargets, build_targets
+from ogmkit.targets import FrameTargets, build_targets, layers_of
 from ogmkit.trajectories import Trajectory
 
 
@@ -74,7 +77,7 @@ def write_shard(
             if not frames:
                 raise TableError(f"scene {scene.name}: has no key frames of {camera}; choose another camera")
             _write_camera(file, camera, (frames, scene.left_out.get(camera, ())), stored, masks)
-        write_labels(file, scene, stored)
+        write_labels(file, scene, stored, masks)
 
 
 def _file_attributes(scene: SceneRecord, settings: ExtractSettings, dataset_version: str) -> dict[str, Any]:
@@ -111,25 +114,30 @@ def _write_camera(
     frames, left_out = recorded
     targets, grid = settings.targets, settings.targets.grid
     parts = fields.parts_of(targets, left_out=bool(left_out))
-    stored = schema.fields(parts)
+    stored = (*schema.fields(parts), *further_fields(targets))
+    numbers = instance_numbers((one.boxes for one in frames), targets) if targets.instances else {}
     sizes = {
         fields.FRAMES: len(frames),
         fields.FRAMES_AND_END: len(frames) + 1,
         fields.BOXES: sum(len(frame.boxes) for frame in frames),
         fields.POINTS: 0,
         fields.LEFT_OUT: len(left_out),
+        fields.INSTANCES: len(numbers),
+        fields.FUTURE: targets.future,
         fields.ROWS: grid.rows,
         fields.COLUMNS: grid.columns,
     }
     with file.writing() as h5:
         group = h5.create_group(camera)
         for field in stored:
-            if field.storage != "whole":
+            if field == INSTANCE_TOKENS:
+                store_dataset(group, field, list(numbers), sizes)
+            elif field.storage != "whole" or field == FUTURE_VALID:
                 create_dataset(group, field, sizes, settings.compression)
-    tally = _write_frames(file, group, frames, targets, masks)
+    tally = _write_frames(file, group, frames, targets, masks, numbers)
     with file.writing():
         for field in stored:
-            if field.storage == "whole":
+            if field.name not in group:
                 rows = column(field.name, frames, left_out, tally.trajectories, tally.points)
                 store_dataset(group, field, rows, sizes)
         values = _camera_attributes(camera, frames, tally, grid.rows * grid.columns)
@@ -144,13 +152,16 @@ def _write_frames(
     frames: Sequence[FrameRecord],
     settings: TargetSettings,
     masks: MaskStore,
+    numbers: Mapping[str, int],
 ) -> _Tally:
     tally = _Tally([], [])
     map_masks: dict[str, MapMask] = {}
+    following = following_boxes(frames, settings)
     for index, frame in enumerate(frames):
         if not settings.no_map and frame.map_path not in map_masks:
             map_masks[frame.map_path] = masks.open(resolve(frame.dataroot, frame.map_path))
-        targets = build_targets(frame, settings, map_masks.get(frame.map_path))
+        around = Around(layers_of(frame, settings), numbers, following[index])
+        targets = build_targets(frame, settings, map_masks.get(frame.map_path), around)
         tally.trajectories.append(targets.trajectory)
         if targets.drivable is not None:
             tally.drivable_cells += int(np.count_nonzero(targets.drivable))
@@ -167,6 +178,10 @@ def _write_frame(group: h5py.Group, index: int, targets: FrameTargets) -> int:
         group["drivable"][index] = targets.drivable
     group["vehicles"][index] = targets.vehicles
     group["field_of_view"][index] = targets.field_of_view
+    for name, row in targets.further.items():
+        group[name][index] = row
+    for kind, mask in targets.seen.items():
+        group[f"{SEEN}/{kind}"][index] = mask
     if targets.image is not None:
         group["image"][index] = np.frombuffer(targets.image, np.uint8)
     if targets.lidar_points is None:

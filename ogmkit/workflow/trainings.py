@@ -150,7 +150,8 @@ def _unread(config: Config, common: Mapping[str, Any], where: str) -> tuple[str,
 def _default_name(system: str, values: Mapping[str, Any]) -> str:
     if system == FOOTPRINTS and values.get("masks") is not None:
         return f"{system}-{values['masks']}"
-    return f"{system}-np" if values.get("no_past") is True else system
+    marks = {"no_past": "-np", "no_destination": "-nd"}
+    return system + "".join(mark for name, mark in marks.items() if values.get(name) is True)
 
 
 def _placed(config: Config, path: Path) -> Config:

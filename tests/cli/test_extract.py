@@ -1,3 +1,4 @@
+import json
 import os
 import re
 import shutil
@@ -6,6 +7,7 @@ import subprocess
 import sys
 import time
 
+import h5py
 import pytest
 from click.testing import CliRunner
 from ogmkit_cli.main import main
@@ -213,3 +215,53 @@ def test_workers_end_with_their_parent(tmp_path, slow_arguments, start):
     os.kill(process.pid, signal.SIGKILL)
     process.finish()  # waits for all that hold its stderr
     assert start(*slow_arguments(out)).finish()[0] == 0
+
+
+def test_layers_classes_and_instances_by_option(tmp_path, ogmkit, tiny_dataroot):
+    options = ["--layers", "lane,ped_crossing", "--layers", "road_divider", "--line-width", "0.8"]
+    options += ["--classes", "car,large=bus+truck", "--instances", "--flow", "--future", "2", "--no-map"]
+    result = ogmkit(tmp_path / "out", "--scenes", "scene-0001", *options)
+    assert result.exit_code == 0, result.stderr
+    with h5py.File(tmp_path / "out" / "scene-0001.h5") as shard:
+        camera = shard["CAM_FRONT"]
+        assert set(camera["layers"]) == {"lane", "ped_crossing", "road_divider"}
+        assert set(camera["classes"]) == {"car", "large"}
+        assert set(camera["instances"]) == {"id", "token", "offset", "flow"}
+        assert camera["future/vehicles"].shape == (8, 2, 60, 40)
+        settings = json.loads(shard.attrs["settings"])
+    assert (settings["line_width_m"], settings["classes"]) == (0.8, ["car", "large=bus+truck"])
+    again = ogmkit(tmp_path / "out", "--scenes", "scene-0001", *options)
+    assert "1 (1 were there)" in again.stdout
+    other = ogmkit(tmp_path / "out", "--scenes", "scene-0001", *options[:4], "--no-map")
+    assert other.exit_code == 1
+    assert "flow is" in other.stderr
+
+
+@pytest.mark.parametrize(
+    ("options", "code", "said"),
+    [
+        (["--layers", "lanes"], 2, "'lanes' is not one of drivable_area, lane, "),
+        (["--classes", "crane"], 1, "unknown category 'crane'"),
+        (["--classes", "a/b"], 1, "class 'a/b': is neither NAME, such as car, nor NAME=PART+PART"),
+        (["--flow"], 1, "flow: is of instances; ask for them too (--instances)"),
+        (["--instances", "--definition", "lss"], 1, "add --definition paper"),
+        (["--future", "7"], 2, "7 is not in the range 0<=x<=6"),
+    ],
+)
+def test_what_cant_be_asked_for(tmp_path, ogmkit, options, code, said):
+    result = ogmkit(tmp_path / "out", *options)
+    assert (result.exit_code, said in result.stderr) == (code, True), result.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_map_without_its_expansion_is_named_or_left_out(tmp_path, ogmkit, tiny_dataroot, complaints):
+    root = shutil.copytree(tiny_dataroot, tmp_path / "root")
+    for path in (root / "maps" / "expansion").iterdir():
+        path.unlink()
+    result = ogmkit(tmp_path / "out", "--layers", "lane", dataroot=root)
+    assert result.exit_code == 1
+    assert re.search(
+        r"expansion/\S+\.json: map expansion is absent.*\(--only-complete\) or --layers", result.stderr
+    )
+    result = ogmkit(tmp_path / "rest", "--layers", "lane", "--only-complete", dataroot=root)
+    assert "left out" in result.stderr

@@ -1,5 +1,6 @@
 """What an installation has and lacks: found, counted, and told."""
 
+import configparser
 import json
 import platform
 from importlib import metadata
@@ -79,6 +80,13 @@ def test_what_is_missing_is_told_by_what_it_is_for(monkeypatch):
         Lack("", ("click",), "everything", "pip install --upgrade 'ogmkit'"),
         Lack("train", ("torch", "kornia"), packages.USES["train"], "pip install --upgrade 'ogmkit[train]'"),
     )
+
+
+def test_every_extra_but_those_of_development_has_its_use():
+    config = configparser.ConfigParser()
+    config.read(Path(__file__).resolve().parents[2] / "setup.cfg")
+
+    assert set(config["options.extras_require"]) - {"dev", "mutants"} == set(packages.USES) - {packages.CORE}
 
 
 def test_every_decoder_works_here():

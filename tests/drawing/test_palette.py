@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
+from ogmkit.drawing.further_cells import LAYERS
 from ogmkit.drawing.palette import THEMES, theme, themed
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
@@ -29,6 +30,7 @@ SIGHT = {
     ),
 }
 MARKS = "vehicle", "first", "second", "future"
+AREAS = "drivable", "carpark", "walkway", "road", "lane"
 LEAST_DIFFERENCE = 20
 """CIE76 ΔE between marks: ten times the least that is noticed."""
 
@@ -82,19 +84,27 @@ def test_the_measures_have_their_known_values():
 
 @pytest.mark.parametrize("sight", SIGHT.values(), ids=SIGHT)
 @pytest.mark.parametrize("name", THEMES)
-def test_ground_drivable_area_and_marks_are_three_steps(name, sight):
+def test_ground_areas_and_marks_are_three_steps(name, sight):
     colours = THEMES[name]
 
-    assert contrast(colours.drivable, colours.ground, sight) >= 3
-    assert contrast(colours.drivable, colours.page, sight) >= 3
+    for area in AREAS:
+        for below in ("ground", "page"):
+            assert contrast(getattr(colours, area), getattr(colours, below), sight) >= 3, (area, below)
     for mark in (*MARKS, "text"):
-        for below in ("drivable", "ground", "page", "empty"):
+        for below in (*AREAS, "ground", "page", "empty"):
             assert contrast(getattr(colours, mark), getattr(colours, below), sight) >= 3, (mark, below)
 
 
 @cases
 def test_marks_are_told_apart(colours, sight):
     for one, other in itertools.combinations(MARKS, 2):
+        assert difference(getattr(colours, one), getattr(colours, other), sight) >= LEAST_DIFFERENCE
+
+
+@cases
+def test_areas_of_the_map_are_told_apart(colours, sight):
+    assert set(LAYERS.values()) == {*AREAS, *MARKS}
+    for one, other in itertools.combinations(AREAS, 2):
         assert difference(getattr(colours, one), getattr(colours, other), sight) >= LEAST_DIFFERENCE
 
 

@@ -1,5 +1,6 @@
 """Whole evaluations, of runs whose predictions are known."""
 
+import json
 import re
 import sys
 from dataclasses import fields, replace
@@ -166,6 +167,25 @@ def test_intervals_span_the_scenes(eval_shards, fake_runs, noisy, both_splits):
     ]
     assert all(one.low <= one.value <= one.high for one in bev)
     assert any(one.low < one.high for one in bev)
+
+
+def test_counts_by_scene_are_those_of_each_scene_alone(eval_shards, fake_runs, noisy, tmp_path):
+    names = [entry.scene for entry in read_manifest(eval_shards).shards]
+    run = fake_runs("run", "oft", noisy)
+
+    def counts(*scenes):
+        path = tmp_path / "chosen.json"
+        path.write_text(json.dumps({"val": scenes}))
+        found = scored(eval_shards, [run], split_file=path)
+        assert [*found.by_scene] == [*found.systems, *found.fixed]
+        return found.by_scene["oft"]
+
+    for turned in (names, names[::-1]):
+        both, each = counts(*turned), [counts(name) for name in turned]
+        for field in fields(both):
+            parts = [getattr(one, field.name) for one in each]
+            np.testing.assert_array_equal(getattr(both, field.name), np.concatenate(parts))
+        assert (both.bev[0] != both.bev[1]).any()
 
 
 class TestCameraView:

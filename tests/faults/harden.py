@@ -70,7 +70,9 @@ def _work(options: argparse.Namespace) -> int:
         return _sample(worker, [part for part in parts if not part.slow], options)
     options.out.mkdir(parents=True, exist_ok=True)
     mine = parts[options.worker :: options.workers]
-    return _all(worker, mine, options.out, time.monotonic() + 60 * options.minutes)
+    until = time.monotonic() + 60 * options.minutes
+    groups = [[part for part in mine if part.needs_torch == needed] for needed in (False, True)]
+    return max([_all(worker, group, options.out, until) for group in groups])
 
 
 def _all(worker, parts, folder, until) -> int:

@@ -16,7 +16,7 @@ LSS = PRESETS["lss"]
 
 
 def test_names():
-    assert set(NAMES) == {"paper", *PRESETS}
+    assert set(NAMES) == {"paper", "surround", *PRESETS}
     assert [definition(name).name for name in NAMES] == list(NAMES)
     with pytest.raises(SettingsError, match="unknown definition 'lsss'; did you mean lss"):
         definition("lsss")

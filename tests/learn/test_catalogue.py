@@ -54,6 +54,7 @@ def test_settings_are_read_by_the_systems_that_need_them():
     assert readers("warp") == ("holistic",)
     assert readers("masks") == ("footprints", "holistic", "holistic-cv")
     assert readers("no_past") == ("end-to-end", "mid-to-end", "holistic", "holistic-cv")
+    assert readers("no_destination") == ("lstm-ed", "end-to-end", "mid-to-end", "holistic", "holistic-cv")
     assert readers("pool_cells") == ("mid-to-end", "holistic", "holistic-cv")
     assert readers("bev_cell_m") == ("ved", "oft", "bev-lidar")
     assert "bev-lidar" not in readers("image_size")
@@ -81,9 +82,22 @@ def test_plain_values_and_back(system):
     assert settings_from_dict(values) == settings
 
 
-def test_a_planner_without_the_past_is_called_so():
+def test_a_planner_without_past_or_destination_is_called_so():
     assert CATALOGUE["holistic"].settings(no_past=True).label == "holistic-np"
+    assert CATALOGUE["lstm-ed"].settings(no_destination=True).label == "lstm-ed-nd"
+    both = CATALOGUE["mid-to-end"].settings(no_past=True, no_destination=True)
+    assert both.label == "mid-to-end-np-nd"
     assert CATALOGUE["holistic"].settings().label == "holistic"
+
+
+@pytest.mark.parametrize("system", [name for name, entry in CATALOGUE.items() if entry.plans])
+def test_trainings_from_before_a_destination_could_be_left_out_have_the_same_settings(system):
+    settings = CATALOGUE[system].settings()
+    assert "no_destination" not in settings.to_dict()
+
+    without = CATALOGUE[system].settings(no_destination=True)
+    assert without.to_dict() == settings.to_dict() | {"no_destination": True}
+    assert settings_from_dict(without.to_dict()) == without
 
 
 def test_predicting_needs_neither_weights_nor_recomputation():

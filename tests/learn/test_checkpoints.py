@@ -38,6 +38,19 @@ def checksummed(path):
         add_checksum(file)
 
 
+def test_equal_content_gives_equal_bytes_however_it_came_about(tmp_path):
+    """Texts and tuples may be one object, or several that are equal."""
+    one, pair = "step", (0.9, 0.999)
+    state = torch.nn.BatchNorm1d(2).state_dict()
+    for name, step, betas in (("a", one, pair), ("b", "".join(["st", "ep"]), (*pair[:1], 0.999))):
+        more = {step: betas, "other": pair}
+        write_checkpoint(tmp_path / name, {one: {one: 1}, "more": more, "state": state})
+    assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
+    found = torch.load(tmp_path / "a", weights_only=True)
+    assert found["more"] == {"step": pair, "other": pair}
+    assert found["state"]._metadata == state._metadata
+
+
 class Bomb:
     """Unpickling this would create a file."""
 

@@ -63,6 +63,27 @@ def test_figures_are_those_of_the_plans(runs, plan_shards):
         assert shown[system, "l1_longitudinal", 0.5, "mean"] == pytest.approx(np.abs(errors[:, 0, 0]).mean())
 
 
+def test_a_planner_that_is_not_told_is_scored_up_to_its_last_point(tmp_path, plan_shards, make_run):
+    grid = read_manifest(plan_shards).settings.targets.grid
+    run = make_run(tmp_path / "run", "lstm-ed", grid, CAMERAS, no_destination=True)
+    found = evaluate_plans(plan_shards, [open_run(run)])
+    needs = SampleSpec(trajectory=True)
+    index = index_sequences(plan_shards, ("scene-0002",), CAMERAS, needs=needs, valid_only=False)
+    plans = list(open_run(run).plans(index, None, batch_size=8, workers=0))
+    with h5py.File(plan_shards / "scene-0002.h5", locking=False) as h5:
+        future = h5["CAM_FRONT/trajectory/future"][:]
+    away = np.linalg.norm([plan.plan.mean - future[plan.frame] for plan in plans], axis=-1)
+
+    shown = {
+        (one.metric, one.horizon_s, one.definition): one.value
+        for one in (*found.figures, *found.named)
+        if one.system == "lstm-ed-nd" and one.reading in ("mean", "at")
+    }
+    assert shown["l2", 3.0, "uniad"] == pytest.approx(away[:, 5].mean())
+    assert shown["l2", 3.0, "vad"] == pytest.approx(away.mean())
+    assert shown["ade", 2.5, "paper"] == pytest.approx(away[:, :5].mean())  # the last reading is the mean
+
+
 def test_a_homography_that_the_shards_lack_is_named_with_its_command(runs, plan_shards):
     with pytest.raises(SettingsError, match="ogmkit predict homography"):
         evaluate_plans(plan_shards, [open_run(runs["holistic"])], EvaluateSettings(homography="network"))

@@ -11,7 +11,8 @@ from scipy.spatial import cKDTree
 
 from ogmkit.errors import SettingsError
 from ogmkit.nuscenes.dataset import Dataset
-from ogmkit.nuscenes.disjoint import DisjointSettings, divide_by_place
+from ogmkit.nuscenes.disjoint import divide_by_place
+from ogmkit.nuscenes.disjoint_settings import DisjointSettings
 from ogmkit.nuscenes.places import ScenePlaces, nearest_m, nearness
 from ogmkit.nuscenes.split_report import report_splits
 

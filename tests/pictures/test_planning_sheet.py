@@ -57,6 +57,16 @@ def test_everything_lies_where_it_is(view, grid, far_plan):
     assert colour_at(canvas, 13.0, -4.0) == theme().ground
 
 
+def test_a_destination_that_is_not_told_is_not_marked(view, grid, far_plan):
+    mean = np.concatenate([far_plan.mean, [[12.0, -5.0]]])
+    canvas = draw_plan(view, grid, Plan(mean, np.ones((6, 2)), np.zeros(6)))
+
+    assert colour_at(canvas, 12.0, -5.0) == theme().second
+    x, y = view.future[5]
+    assert colour_at(canvas, x, y) != theme().future  # a ring, through which the cells are seen
+    assert colour_at(canvas, x, y - 4 / PX_PER_M) == theme().future
+
+
 def test_ellipses_reach_as_far_as_their_share(view, grid, far_plan):
     with_ellipses = draw_plan(view, grid, far_plan)
     nan = np.full((5, 2), np.nan)

@@ -10,7 +10,7 @@ import pytest
 from ogmkit.drawing.bev_panel import plan_for
 from ogmkit.drawing.canvas import fit
 from ogmkit.drawing.legend import draw_legend
-from ogmkit.drawing.palette import THEMES
+from ogmkit.drawing.palette import THEMES, theme
 from ogmkit.drawing.sheet import CAPTION, GAP
 from ogmkit.errors import OutputError, SettingsError, ShardError
 from ogmkit.grid import GridSpec
@@ -130,8 +130,23 @@ def test_settings_out_of_range(values, message):
         PreviewSettings(**values)
 
 
+def test_layers_are_drawn_with_what_lies_beside_them(further_shards, tmp_path):
+    settings = PreviewSettings(("layers", "targets"), frames=1)
+    chosen = {"scenes": ("scene-0001",), "cameras": ("CAM_FRONT",)}
+    names = [path.name for path in preview(further_shards, tmp_path / "pictures", settings, **chosen)]
+    assert names == ["scene-0001_CAM_FRONT_layers.png", "scene-0001_CAM_FRONT.png"]
+    sheet = cv2.imread(str(tmp_path / "pictures" / names[0]))[..., ::-1]
+    for colour in (theme().drivable, theme().future, theme().vehicle, theme().first):
+        assert (sheet == colour).all(axis=-1).sum() > 500
+
+
+def test_layers_are_drawn_of_shards_that_have_them(sample_shards, tmp_path):
+    with pytest.raises(ShardError, match=r"scene-0001\.h5: has nothing beside the paper's targets to draw"):
+        preview(sample_shards, tmp_path / "pictures", PreviewSettings(("layers",)))
+
+
 def test_every_view_has_a_subject():
-    assert set(get_args(View)) == set(SUBJECTS)
+    assert set(get_args(View)) == {*SUBJECTS, "surround"}
 
 
 def test_pictures_never_go_among_the_shards(make_shards):

@@ -205,6 +205,16 @@ def test_what_is_missing_is_said_with_its_command(bare, find, needs, problem):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("name", ["layers/lane", "instances/id", "image", "truck"])
+def test_rasters_that_are_not_there_are_said_with_the_command(further_shards, name):
+    needs = SampleSpec(bev_cell_m=0.5, bev=True, rasters=("layers/lane_divider", "classes/large", name))
+    with pytest.raises(
+        ShardError,
+        match=rf"out: unknown raster '{name}'; .*run `ogmkit extract \S+ \S+/out --overwrite` with --layers",
+    ):
+        index_frames(further_shards, SCENES, [], needs=needs)
+
+
 def test_missing_masks_are_said_with_their_command(sample_shards):
     with pytest.raises(
         ShardError,

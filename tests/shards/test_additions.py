@@ -144,3 +144,19 @@ def test_good_names(name):
 def test_bad_names(name):
     with pytest.raises(SettingsError, match="use letters, digits"):
         require_name(name)
+
+
+@pytest.mark.parametrize("attribute", ["method", "settings", "checkpoint_sha256"])
+@pytest.mark.parametrize("damage", ["absent", "no text"])
+def test_a_damaged_attribute_is_named(path, attribute, damage):
+    add_to_shard(path, adding())
+    with h5py.File(path, "r+") as h5:
+        attributes = h5[place("CAM_FRONT", HOMOGRAPHY, "dlt")].attrs
+        del attributes[attribute]
+        if damage == "no text":
+            attributes[attribute] = np.arange(3)
+    with (
+        Shard(path) as shard,
+        pytest.raises(ShardError, match=f"{path.name}: /CAM_FRONT/homography/dlt.*{attribute}"),
+    ):
+        added_values(shard, "CAM_FRONT", HOMOGRAPHY, "dlt")

@@ -42,13 +42,17 @@ def test_names_are_unique_and_described(fields):
     assert all(field.description for field in fields)
 
 
+SEEN = {"seen/rays", "seen/lidar", "seen/lidar_centre_level"}
+
+
 @pytest.mark.parametrize(
     ("settings", "absent"),
     [
-        ({"lidar": True}, set()),
-        ({"lidar": True, "images": "reference"}, {"image"}),
-        ({}, {"lidar/points", "lidar/offsets"}),
-        ({"lidar": True, "no_map": True}, {"drivable"}),
+        ({"lidar": True, "seen": ("rays", "lidar")}, set()),
+        ({"lidar": True}, SEEN),
+        ({"lidar": True, "images": "reference"}, {"image"} | SEEN),
+        ({"seen": ("lidar",)}, {"lidar/points", "lidar/offsets", "seen/rays"}),
+        ({"lidar": True, "no_map": True}, {"drivable"} | SEEN),
     ],
 )
 @pytest.mark.parametrize("left_out", [True, False])

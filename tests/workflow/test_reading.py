@@ -91,6 +91,12 @@ def test_settings_of_all_trainings_yield_to_those_of_one():
     assert [one.settings.workers for one in config(planners=["lstm-ed"]).trainings] == [0]
 
 
+def test_trainings_are_named_by_what_they_do_without():
+    without = {"system": "mid-to-end", "no_destination": True}
+    found = config(planners=["mid-to-end", without, {**without, "no_past": True}])
+    assert [one.name for one in found.trainings] == ["mid-to-end", "mid-to-end-nd", "mid-to-end-np-nd"]
+
+
 def test_shared_settings_go_to_the_trainings_that_read_them():
     found = config(
         train={"hidden": 64, "image_size": [64, 96]},
@@ -163,7 +169,7 @@ def test_sets_of_masks_are_made_by_what_their_names_say():
         assert found.footprint_set(name).set_name == name
 
 
-@pytest.mark.parametrize("name", ["demo.yaml", "nuscenes.yaml"])
+@pytest.mark.parametrize("name", ["demo.yaml", "nuscenes.yaml", "nuscenes-mini.yaml"])
 def test_the_examples_say_the_same_again_when_written_out(name):
     yaml = pytest.importorskip("yaml", reason="yaml is not installed: pip install 'ogmkit[train]'")
     path = EXAMPLES / name

@@ -8,12 +8,13 @@ import numpy as np
 from ogmkit.base.names import with_number
 from ogmkit.base.news import Found, tell
 from ogmkit.evaluation.near import near_training
-from ogmkit.evaluation.planning.fixed import FIXED, TRUTH, fixed_plans, linear_note, untold_points
+from ogmkit.evaluation.planning.fixed import FIXED, fixed_plans, linear_note, untold_points
 from ogmkit.evaluation.planning.named import named_figures
 from ogmkit.evaluation.planning.planners import planners_of, plans_of
 from ogmkit.evaluation.planning.result import PlanEvaluation, PlanFigure, PlanSample
 from ogmkit.evaluation.planning.sequences import Sequences, sequences_of, training_sequences
 from ogmkit.evaluation.planning.surroundings import surrounding_values
+from ogmkit.evaluation.planning.unbeaten import told_notes, untold_notes
 from ogmkit.evaluation.progress import Progress, Tick, spread, ticker
 from ogmkit.evaluation.runs import OpenRun
 from ogmkit.evaluation.seen import seen_by
@@ -27,6 +28,7 @@ from ogmkit.metrics.displacement import (
     own_values,
     scene_sums,
 )
+from ogmkit.metrics.linear import EGO_STATUS
 from ogmkit.metrics.plan import Plan
 from ogmkit.metrics.plans import Plans, columns_of
 from ogmkit.shards.manifest import read_manifest
@@ -43,6 +45,8 @@ def evaluate_plans(
     on_progress: Progress | None = None,
 ) -> PlanEvaluation:
     """Evaluate planners on a split of a folder of shards, beside controls that need no run.
+
+    Of planners that aren't told the destination, `figures` are of the points before it, as of all others.
 
     All rows are scored on the same sequences: all with a valid trajectory and six images without a gap. An
     image without a valid homography counts as warped to nothing. The linear control is fitted to the split
@@ -69,7 +73,8 @@ def evaluate_plans(
         shards, split=chosen.split, split_file=split_file, cameras=cameras, limit=chosen.limit
     )
     training = training_sequences(shards, sequences, limit=chosen.limit)
-    planners = planners_of(runs, shards, sequences, homography=chosen.homography, reserved=FIXED)
+    reserved = (*FIXED, EGO_STATUS)
+    planners = planners_of(runs, shards, sequences, homography=chosen.homography, reserved=reserved)
     seen = seen_by({one.name: one.run.checkpoint for one in planners}, sequences.scene_names)
     tell(Found(f"{sequences.index.counted('sequence')}; {with_number(len(planners), 'run')}"))
     passes = 2 + len(planners) + bool(planners)
@@ -83,9 +88,13 @@ def evaluate_plans(
         for one in planners
     }
     columns = {name: columns_of(plans) for name, plans in planned.items()}
-    figures = tuple(_figures(sequences, columns, tick)) if columns else ()
-    untold = untold_points(sequences, training)
+    on_the_way = {name: plans.on_the_way for name, plans in columns.items()}
+    figures = (tuple(_figures(sequences, on_the_way, tick)) if columns else ()) + fixed
+    free = {name: plans.mean for name, plans in columns.items() if not plans.told}
+    controls = untold_points(sequences, training)
+    untold = {**free, **controls}
     told = {name: plans.mean for name, plans in (columns | for_free).items() if name not in untold}
+    named = tuple(named_figures(sequences, {**told, **untold}, tick))
     return PlanEvaluation(
         split=sequences.split,
         scenes=sequences.scenes,
@@ -93,7 +102,7 @@ def evaluate_plans(
         cameras=sequences.index.cameras,
         systems=tuple(planned),
         fixed=tuple(for_free),
-        figures=figures + fixed,
+        figures=figures,
         notes=(
             *(one.note for one in planners),
             *seen.notes(),
@@ -101,13 +110,14 @@ def evaluate_plans(
             linear_note(training),
             *interval_notes(sequences.scenes),
             *_unknown(shards),
-            *_unbeaten(figures, fixed),
+            *told_notes(figures, [name for name in columns if name in told], for_free),
+            *untold_notes(named, list(free), controls),
         ),
         samples=tuple(_samples(sequences, planned, chosen.samples)),
         chosen_on_reported=tuple(seen.chosen),
         learnt_from_reported=tuple(seen.learnt),
         definition=sequences.definition,
-        named=tuple(named_figures(sequences, {**told, **untold}, tick)),
+        named=named,
         untold=tuple(untold),
         near_training=near_training(shards, sequences.scene_names, sequences.reported.training),
     )
@@ -138,18 +148,3 @@ def _unknown(shards: Path) -> Iterator[str]:
     """What the shards can't tell of plans."""
     if read_manifest(shards).settings.targets.no_map:
         yield "off drivable is not known: the shards were made with --no-map"
-
-
-def _unbeaten(figures: Sequence[PlanFigure], fixed: Sequence[PlanFigure]) -> Iterator[str]:
-    """Which controls a planner is no better than."""
-    last_s = max(one.horizon_s for one in fixed)
-
-    def errors(of: Sequence[PlanFigure]) -> dict[str, float]:
-        chosen = ("ade", last_s, "mean")
-        return {one.system: one.value for one in of if (one.metric, one.horizon_s, one.reading) == chosen}
-
-    controls = errors(fixed)
-    for system, error in errors(figures).items():
-        better = [name for name, value in controls.items() if name != TRUTH and value <= error]
-        if better:
-            yield (f"{system} does not beat {', '.join(better)} by ADE up to {last_s:g} s: no result")

@@ -29,7 +29,8 @@ class FrameDataset(Dataset[Sample]):
     - `image`: (3, h, w) float32 RGB, 0 … 1.
     - `masks`: (2, h, w) float32 0/1, drivable and vehicles in camera view, at the image's pixels.
     - `masks_known`: (h, w) float32 0/1, beside masks whose camera was turned: 0 beyond the image's edge.
-    - `bev`: (2, R, C) float32 0/1, drivable and vehicles on the own grid, by majority of the shard's cells.
+    - `bev`: (K, R, C) float32 0/1, the specification's rasters (drivable and vehicles unless it names others)
+      on the own grid, by majority of the shard's cells.
     - `bev_parts`: (2, r, c) float32 0 … 1, shares of drivable and vehicle cells in equal parts of the shard's
       grid; 0 where a flip brought in cells from outside.
     - `bev_known`: (R, C) float32 0/1, 0 where a flip brought in cells from outside the grid.

@@ -49,7 +49,7 @@ def per_frame_tensors(arrays: SampleArrays, own_grid: GridSpec | None, factor: i
         frames, _, rows, columns = sample["bev"].shape
         sample["bev_known"] = known.expand(frames, rows, columns)
     if arrays.bev_parts is not None:
-        sample["bev_parts"] = _float32(arrays.bev_parts)
+        sample["bev_parts"] = float32_tensor(arrays.bev_parts)
     if arrays.points_level is not None and own_grid is not None:
         images = np.stack([lidar_image(points, own_grid) for points in arrays.points_level])
         sample["lidar"] = torch.from_numpy(images)
@@ -65,15 +65,15 @@ def trajectory_tensors(arrays: SampleArrays) -> Sample:
     if arrays.past is None or arrays.future is None or arrays.trajectory_valid is None:
         return {}
     return {
-        "past": _float32(arrays.past),
-        "future": _float32(arrays.future),
+        "past": float32_tensor(arrays.past),
+        "future": float32_tensor(arrays.future),
         "trajectory_valid": torch.tensor(bool(arrays.trajectory_valid)),
     }
 
 
 def positions_tensor(arrays: SampleArrays) -> Sample:
     """Where the ego was at each image."""
-    return {} if arrays.positions is None else {"positions": _float32(arrays.positions)}
+    return {} if arrays.positions is None else {"positions": float32_tensor(arrays.positions)}
 
 
 def _image_tensor(images: UInt8Array) -> Tensor:
@@ -89,6 +89,6 @@ def _bytes(array: NDArray[np.generic]) -> Tensor:
     return torch.from_numpy(np.ascontiguousarray(array, np.uint8))
 
 
-def _float32(array: NDArray[np.generic]) -> Tensor:
+def float32_tensor(array: NDArray[np.generic]) -> Tensor:
     """Converted by numpy: the pages that it takes are large, so a raster's are mapped much faster."""
     return torch.from_numpy(array.astype(np.float32, order="C"))

@@ -14,11 +14,11 @@ from ogmkit.base.names import unknown
 from ogmkit.base.news import Waiting, tell
 from ogmkit.errors import CheckpointError, SettingsError
 from ogmkit.learn.models.encoder_weights import TIMM, load_weights, packaged_weights, reason
+from ogmkit.samples.images import IMAGENET_STATISTICS
 
 MULTIPLE_PX = 32
 """What sides of encoded images are multiples of: the encoders halve them five times."""
 
-_IMAGENET_STATISTICS = {"mean": (0.485, 0.456, 0.406), "std": (0.229, 0.224, 0.225)}
 _LITE = f"{TIMM}tf_efficientnet_lite"
 _LITE_STATISTICS = {"mean": (127 / 255,) * 3, "std": (128 / 255,) * 3}
 """Of the authors' training: timm has 1/2 for both."""
@@ -70,7 +70,7 @@ class ImageEncoder(nn.Module):
         normalise: bool = True,
     ) -> None:
         super().__init__()
-        if normalise and in_channels != len(_IMAGENET_STATISTICS["mean"]):
+        if normalise and in_channels != len(IMAGENET_STATISTICS["mean"]):
             raise SettingsError(f"images of {in_channels} channels have no ImageNet statistics")
         file = _file_of(weights, name)
         self.net = _build(name, None if file else weights, in_channels, output_stride)
@@ -145,5 +145,5 @@ def _statistics(name: str, net: nn.Module) -> Mapping[str, tuple[float, ...]]:
         published = smp.encoders.encoders[name]["pretrained_settings"]
         found = published.get(_IMAGENET) or next(iter(published.values()), {})
     if "mean" not in found or max(found.get("input_range") or (1,)) > 1:
-        return _IMAGENET_STATISTICS
-    return {what: tuple(found[what]) for what in _IMAGENET_STATISTICS}
+        return IMAGENET_STATISTICS
+    return {what: tuple(found[what]) for what in IMAGENET_STATISTICS}

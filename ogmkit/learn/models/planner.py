@@ -3,6 +3,7 @@
 import torch
 from torch import Tensor, nn
 
+from ogmkit.base.steps import STEPS as DESTINATION
 from ogmkit.errors import SettingsError
 from ogmkit.learn.models.gaussian import Gaussians, gaussian_of
 from ogmkit.learn.models.linear_mean import LinearMean
@@ -22,6 +23,8 @@ def polar(points: Tensor) -> Tensor:
 class Planner(nn.Module):
     """From features and positions at t = −5 … 0, and a destination, to positions at +1 … +5.
 
+    One that isn't told the destination, the position at +6, predicts it as well.
+
     The paper's two recurrences. The encoder embeds features and position of each time step (φ_e, φ_a); its
     last hidden and cell state begin the decoder, which embeds its own last mean (φ′_a), from the ego at
     (0, 0) on, and maps its hidden state and the destination's polar coordinates to a Gaussian (φ_s).
@@ -37,27 +40,39 @@ class Planner(nn.Module):
         past: whether it is told the ego's past positions.
         hidden: size of both LSTMs' states.
         linear_mean: whether its means are learnt on top of the training split's linear plan.
+        told: whether it is told the destination.
+
+    Attributes:
+        points: T, that it predicts: 5, or 6 where it isn't told the last one.
 
     Raises:
         SettingsError: it would see nothing at all, or its linear mean no past.
     """
 
     def __init__(
-        self, features: int, *, past: bool = True, hidden: int = 128, linear_mean: bool = False
+        self,
+        features: int,
+        *,
+        past: bool = True,
+        hidden: int = 128,
+        linear_mean: bool = False,
+        told: bool = True,
     ) -> None:
         super().__init__()
         if not features and not past:
             raise SettingsError("a planner without features needs the past: leave out --no-past")
         if linear_mean and not past:
-            raise SettingsError("a linear mean is one of past and destination: leave out --no-past")
+            raise SettingsError("a linear mean is one of the past: leave out --no-past")
+        self.points = STEPS if told else DESTINATION
         self.embed_features = _embedding(features) if features else None
         self.embed_position = _embedding(2) if past else None
         self.encoder = nn.LSTM(EMBEDDING * (bool(features) + past), hidden, batch_first=True)
         self.embed_estimate = _embedding(2)
         self.decoder = nn.LSTMCell(EMBEDDING, hidden)
-        self.head = nn.Sequential(_embedding(hidden + 2), nn.Linear(EMBEDDING, _PARAMETERS))
-        self.of_positions, self.of_destination, self.of_targets = Standard(), Standard(), Standard()
-        self.linear_mean = LinearMean() if linear_mean else None
+        self.head = nn.Sequential(_embedding(hidden + 2 * told), nn.Linear(EMBEDDING, _PARAMETERS))
+        self.of_positions, self.of_targets = Standard(), Standard()
+        self.of_destination = Standard() if told else None
+        self.linear_mean = LinearMean(self.points, told=told) if linear_mean else None
 
     def fit(self, positions: Tensor, future: Tensor) -> None:
         """Learn the coordinates' fixed means and spreads, and the linear mean where there is one.
@@ -67,21 +82,26 @@ class Planner(nn.Module):
             future: (N, 6, 2) metres, the destination last.
         """
         self.of_positions.fit(positions)
-        self.of_destination.fit(polar(future[:, STEPS]))
-        self.of_targets.fit(future[:, :STEPS])
+        destination, points = future[:, STEPS], future[:, : self.points]
+        if self.of_destination is not None:
+            self.of_destination.fit(polar(destination))
+        self.of_targets.fit(points)
         if self.linear_mean is not None:
-            self.linear_mean.fit(positions, future[:, STEPS], future[:, :STEPS])
+            told = None if self.of_destination is None else destination
+            self.linear_mean.fit(positions, told, points)
 
-    def forward(self, features: Tensor | None, positions: Tensor | None, destination: Tensor) -> Gaussians:
+    def forward(
+        self, features: Tensor | None, positions: Tensor | None, destination: Tensor | None
+    ) -> Gaussians:
         """Plan.
 
         Args:
             features: (B, 6, F), oldest first; None for a planner that sees none.
             positions: (B, 6, 2) metres in the last one's level frame; not looked at without past.
-            destination: (B, 2) metres in the same frame.
+            destination: (B, 2) metres in the same frame; None where it isn't told.
 
         Returns:
-            (B, 5) distributions in the same frame.
+            (B, T) distributions in the same frame.
         """
         parts: list[Tensor] = []
         if self.embed_features is not None and features is not None:
@@ -91,21 +111,27 @@ class Planner(nn.Module):
         _, (hidden, cell) = self.encoder(torch.cat(parts, dim=-1))
         state = hidden[0], cell[0]
         base, unit = self._base(positions, destination)
-        place = self.of_destination(polar(destination))
-        estimate = torch.zeros_like(destination)
+        place = self._place(destination)
+        estimate = self.of_targets.mean.new_zeros(len(hidden[0]), 2)
         found: list[tuple[Tensor, Tensor, Tensor]] = []
-        for step in range(STEPS):
+        for step in range(self.points):
             state = self.decoder(self.embed_estimate(self.of_targets(estimate)), state)
-            raw = self.head(torch.cat([state[0], place], dim=-1))
+            raw = self.head(torch.cat([state[0], *place], dim=-1))
             found.append(gaussian_of(raw, base[step] + unit.mean, unit.spread))
             estimate = found[-1][0]
         mean, sigma, rho = (torch.stack(values, dim=1) for values in zip(*found, strict=True))
         return Gaussians(mean, sigma, rho)
 
-    def _base(self, positions: Tensor | None, destination: Tensor) -> tuple[Tensor, Standard]:
-        """What the head's means are added to, (5, B, 2) or (5, 2) metres, and what they are the units of."""
+    def _place(self, destination: Tensor | None) -> tuple[Tensor, ...]:
+        """(B, 2) standardised polar coordinates, where the destination is told."""
+        if self.of_destination is None or destination is None:
+            return ()
+        return (self.of_destination(polar(destination)),)
+
+    def _base(self, positions: Tensor | None, destination: Tensor | None) -> tuple[Tensor, Standard]:
+        """What the head's means are added to, (T, B, 2) or (T, 2) metres, and what they are the units of."""
         if self.linear_mean is None or positions is None:
-            return destination.new_zeros(STEPS, 2), self.of_targets
+            return self.of_targets.mean.new_zeros(self.points, 2), self.of_targets
         return self.linear_mean(positions, destination).transpose(0, 1), self.linear_mean.of_residuals
 
 

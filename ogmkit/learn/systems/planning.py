@@ -24,7 +24,7 @@ from ogmkit.samples.spec import TARGETS, SampleSpec
 
 
 class PlannerSystem(System):
-    """A system that plans five positions on from six images, given the destination.
+    """A system that plans five positions on from six images, given the destination; without it, all six.
 
     Scored by the displacement in metres, mean over all points: the paper's ADE.
     """
@@ -42,6 +42,7 @@ class PlannerSystem(System):
             past=settings.sees_past,
             hidden=settings.hidden,
             linear_mean=settings.mean == "linear",
+            told=not settings.no_destination,
         )
         self.ade = MeanMetric()
         self.last = MeanMetric()
@@ -73,13 +74,13 @@ class PlannerSystem(System):
     def answer(self, batch: Batch) -> Answer:
         """`mean`, `sigma` and `rho` of the plan, beside what `observed` gives."""
         seen = self.observed(batch)
-        destination = batch["future"][:, STEPS]
+        destination = None if self.settings.no_destination else batch["future"][:, STEPS]
         plan: Gaussians = self.planner(seen.get("features"), batch["positions"], destination)
         return {**seen, "mean": plan.mean, "sigma": plan.sigma, "rho": plan.rho}
 
     def losses(self, answer: Answer, batch: Batch) -> dict[str, Tensor]:
         """Negative log-likelihood, summed over the points, mean over the sequences."""
-        found = negative_log_likelihood(_plan(answer), batch["future"][:, :STEPS])
+        found = negative_log_likelihood(_plan(answer), self._targets(batch))
         return {"motion": found.sum(1).mean()}
 
     def predict(self, batch: Batch) -> Prediction:
@@ -88,7 +89,7 @@ class PlannerSystem(System):
 
     def update_score(self, answer: Answer, batch: Batch) -> None:
         """Displacements of all points, and of the last."""
-        error_m = torch.linalg.vector_norm(answer["mean"] - batch["future"][:, :STEPS], dim=-1)
+        error_m = torch.linalg.vector_norm(answer["mean"] - self._targets(batch), dim=-1)
         self.ade.update(error_m)
         self.last.update(error_m[:, -1])
 
@@ -103,6 +104,10 @@ class PlannerSystem(System):
         """Where the ego was, is to go, and went."""
         answer = self.answer(batch)
         return shown_plans(answer["mean"], batch["future"], batch["positions"])
+
+    def _targets(self, batch: Batch) -> Tensor:
+        """(B, T, 2) positions that are to be planned."""
+        return batch["future"][:, : self.planner.points]
 
 
 class TrajectorySystem(PlannerSystem):

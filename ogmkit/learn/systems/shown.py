@@ -82,7 +82,13 @@ def shown_masks(predicted: Tensor, truth: Tensor, known: Tensor | None) -> Shown
 
 
 def shown_plans(mean: Tensor, future: Tensor, positions: Tensor) -> Shown:
-    """Past, truth, destination and plan from above; (B, 5, 2), (B, 6, 2) and (B, 6, 2) in metres."""
+    """Past, truth, plan, and destination where it is told, from above.
+
+    Args:
+        mean: (B, T, 2) metres, level frame; T is 5, or 6 where the destination isn't told.
+        future: (B, 6, 2).
+        positions: (B, 6, 2).
+    """
     points = [one.detach().double().cpu().numpy() for one in (mean, future, positions)]
     drawn = np.stack([_draw_plan(*one) for one in zip(*points, strict=True)])
     errors_m = np.linalg.norm(points[0] - points[1][:, : points[0].shape[1]], axis=-1).mean(axis=1)

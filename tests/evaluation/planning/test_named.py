@@ -10,6 +10,7 @@ import pytest
 
 from ogmkit.errors import ShardError
 from ogmkit.evaluation.planning.evaluate import evaluate_plans
+from ogmkit.evaluation.planning.named_report import named_tables
 from ogmkit.evaluation.planning.obstacles import CameraObstacles
 from ogmkit.evaluation.settings import EvaluateSettings
 from ogmkit.metrics.plan import Plan
@@ -49,6 +50,40 @@ def test_a_planner_off_by_5_m_has_no_figure_at_3_s(shards, fake_planners, driven
         assert known(values) == pytest.approx([5.0, 5.0])
         assert math.isnan(named(found, "lstm-ed", definition, "collision")[3.0])
     assert found.untold == ("truth", "constant-velocity", "ego-status")
+
+
+def test_a_planner_that_is_not_told_has_all_figures_among_its_like(shards, fake_planners, driven):
+    def plan(place):
+        return Plan(driven(shards, place) + np.array([3.0, -4.0]), np.ones((6, 2)), np.zeros(6))
+
+    found = scored(shards, [fake_planners("run", "lstm-ed-nd", plan), fake_planners("other")])
+
+    for definition in ("uniad", "stp3", "vad"):
+        assert list(named(found, "lstm-ed-nd", definition, "l2").values()) == pytest.approx([5.0] * 3)
+        assert known(named(found, "lstm-ed-nd", definition, "collision")) == [0.0] * 3
+    assert len(known(named(found, "lstm-ed-nd", "exact", "edge_crossing"))) == 3
+    assert found.untold == ("lstm-ed-nd", "truth", "constant-velocity", "ego-status")
+    assert found.systems == ("lstm-ed-nd", "lstm-ed")
+
+    untold = [table for table in named_tables(found) if "not told it" in table.title]
+    assert [[row[0] for row in table.systems] for table in untold] == [["lstm-ed-nd"]] * 3
+    assert "–" not in {cell for table in untold for row in table.systems for cell in row}
+    told = [table for table in named_tables(found) if table not in untold]
+    assert [[row[0] for row in table.systems] for table in told] == [["lstm-ed"]] * 3
+    assert all(row[-1] == "–" for table in told for row in table.systems)
+
+
+def test_a_planner_that_is_not_told_competes_with_its_like_alone(shards, fake_planners, driven):
+    def plan(place):
+        return Plan(driven(shards, place) + np.array([3.0, -4.0]), np.ones((6, 2)), np.zeros(6))
+
+    found = scored(shards, [fake_planners("run", "lstm-ed-nd", plan), fake_planners("other")])
+    notes = [note for note in found.notes if "beat" in note or "not told" in note]
+    assert notes == [
+        "lstm-ed does not beat constant-velocity, straight-line, cubic, linear by ADE up to 2.5 s: no result",
+        "lstm-ed-nd: is not told the destination; compare it with rows that aren't either",
+        "lstm-ed-nd does not beat constant-velocity, ego-status by mean L2 up to 3 s: no result",
+    ]
 
 
 def test_both_readings_of_driving_on(shards, driven):

@@ -39,14 +39,14 @@ BROKEN = {
             "world/v1.0-mini/*.json",
             (mutate.change_json,),
             ("check", "extract with masks", "inspect dataset"),
-            cases=1000,
+            cases=700,
         ),
         Broken(
             "table bytes",
             "world/v1.0-mini/*.json",
             (mutate.damage, mutate.disarrange),
             ("check", "extract with masks"),
-            cases=500,
+            cases=300,
         ),
         Broken(
             "splits",
@@ -59,22 +59,25 @@ BROKEN = {
             "world/samples/CAM_FRONT/*.jpg",
             (mutate.damage, mutate.disarrange),
             ("check", "extract with masks"),
-            cases=500,
+            cases=250,
         ),
         Broken(
             "sweeps",
             "world/samples/LIDAR_TOP/*.bin",
             (mutate.damage, mutate.disarrange),
             ("check", "extract with masks"),
+            cases=200,
         ),
-        Broken("map masks", "world/maps/*.png", (mutate.damage, mutate.disarrange), ("extract",)),
-        Broken("decoded masks", "cache/*.mask", (mutate.damage,), ("extract again",), checked=True),
+        Broken("map masks", "world/maps/*.png", (mutate.damage, mutate.disarrange), ("extract",), cases=150),
+        Broken(
+            "decoded masks", "cache/*.mask", (mutate.damage,), ("extract again",), checked=True, cases=200
+        ),
         Broken(
             "shard bytes",
             "shards/*.h5",
             (mutate.damage,),
             ("verify", "homography-fit", "inspect shard", "extract again"),
-            cases=800,
+            cases=600,
         ),
         Broken(
             "shard values",
@@ -95,14 +98,14 @@ BROKEN = {
             "rendered/*.h5",
             (mutate.change_h5, mutate.damage),
             ("preview",),
-            cases=500,
+            cases=300,
         ),
         Broken(
             "shards of plans",
             "plans/*.h5",
             (mutate.change_h5, mutate.damage),
             ("evaluate planner", "predict plans"),
-            cases=500,
+            cases=350,
         ),
         Broken(
             "manifest values",
@@ -178,7 +181,7 @@ BROKEN = {
             "planner/*.ckpt",
             (mutate.change_checkpoint,),
             ("predict plans", "evaluate planner", "inspect checkpoint"),
-            cases=800,
+            cases=600,
         ),
         Broken(
             "weights to start from",

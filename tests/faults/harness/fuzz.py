@@ -98,6 +98,7 @@ class Fuzz:
             extra += _option(scenario, random)
         ended = self._bench.forker.command((*scenario.arguments, *extra))
         named = [part.lstrip("-") for part in extra if part.startswith("--")]
+        named += [repr(part)[1:-1] for part in extra]  # as messages show what can't be printed
         found = outcome.of_end(
             ended, {*outcome.names_of(sound[1]), *scenario.names, *named, *filter(None, extra)}
         )

@@ -3,7 +3,7 @@
 import json
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +14,7 @@ from harness.broken import BROKEN
 from harness.cases import Bench
 from harness.faults import Subject, Tally, chosen
 from harness.fuzz import Fuzz
-from harness.scenarios import SCENARIOS, Scenario
+from harness.scenarios import SCENARIOS, Pace, Scenario
 from harness.shim import COUNT
 
 Case = Callable[[Tally], None]
@@ -40,18 +40,32 @@ class Part:
     slow: bool = False
 
     @property
+    def needs_torch(self) -> bool:
+        """Whether one of its commands does."""
+        names = BROKEN[self.name].readers if self.group == "inputs" else (self.name,)
+        return any(SCENARIOS[name].needs_torch for name in names)
+
+    @property
     def file(self) -> str:
         """The name of its JSON file."""
         return f"{self.group}-{self.name}".replace(" ", "-").replace("'", "") + ".json"
 
 
+_MOST: Mapping[str, Mapping[Pace, int]] = {
+    "faults": {"quick": 1000, "steady": 270, "slow": 60},
+    "kills": {"quick": 40, "steady": 40, "slow": 12},
+    "options": {"quick": 350, "steady": 350, "slow": 40},
+}
+
+
 def all_parts() -> list[Part]:
     """Every part, in the order of the tables; sums to the numbers that docs/reliability.md promises."""
-    parts = [Part("faults", one.name, 120 if one.slow else 620, one.slow) for one in SCENARIOS.values()]
-    parts += [Part("kills", one.name, 12 if one.slow else 40, one.slow) for one in SCENARIOS.values()]
-    parts += [Part("inputs", one.name, one.cases, one.slow) for one in BROKEN.values()]
-    parts += [Part("options", one.name, 40 if one.slow else 350, one.slow) for one in SCENARIOS.values()]
-    return parts
+    faults, kills, options = (
+        [Part(group, one.name, most[one.pace], one.pace == "slow") for one in SCENARIOS.values()]
+        for group, most in _MOST.items()
+    )
+    inputs = [Part("inputs", one.name, one.cases, one.slow) for one in BROKEN.values()]
+    return faults + kills + inputs + options
 
 
 class Worker:

@@ -6,10 +6,13 @@ Inputs that are broken on purpose are in `harness/broken.py`.
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from harness import templates
 
 Make = Callable[[Path], None]
+Pace = Literal["quick", "steady", "slow"]
+"""Below half a second, below one or two, and above, torch loaded."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +26,7 @@ class Scenario:
         kept: those of them that no fault may change.
         speaks: whether what it writes to stdout is its result.
         verified: the folder of shards that `ogmkit verify` must find sound.
-        slow: takes a second or more, so that only a share of its faults is tried.
+        pace: how long it takes, by which fewer or more of its faults are tried.
         uncompared: files that hold times.
     """
 
@@ -33,8 +36,13 @@ class Scenario:
     kept: tuple[str, ...] = ()
     speaks: bool = False
     verified: str = ""
-    slow: bool = False
+    pace: Pace = "quick"
     uncompared: tuple[str, ...] = ()
+
+    @property
+    def needs_torch(self) -> bool:
+        """Whether it imports what makes every later fork slow."""
+        return self.arguments[0] in ("train", "predict", "evaluate", "adapt", "export", "run")
 
     @property
     def names(self) -> set[str]:
@@ -56,9 +64,9 @@ SCENARIOS = {
         _scenario(
             "synthesize: synthesize made --num-scenes 1 --frames 1 --camera CAM_FRONT --no-lidar "
             "--image-size 45x80",
-            slow=True,
+            pace="slow",
         ),
-        _scenario("check: check world --json", "world", "world", speaks=True),
+        _scenario("check: check world --json", "world", "world", speaks=True, pace="steady"),
         _scenario(
             "splits: splits world --out apart.json --apart 0 --test-share 0 --json",
             "world",
@@ -67,32 +75,42 @@ SCENARIOS = {
         ),
         _scenario("inspect dataset: inspect world --json", "world", "world", speaks=True),
         _scenario(
-            f"extract: extract world out {_SMALL} --lidar --cache-dir cache", "world", "world", verified="out"
+            f"extract: extract world out {_SMALL} --lidar --cache-dir cache",
+            "world",
+            "world",
+            verified="out",
+            pace="steady",
         ),
         _scenario(
             f"extract with masks: extract world out {_SMALL} --lidar --cache-dir cache",
             "world cache",
             "world",
             verified="out",
+            pace="steady",
         ),
         _scenario(
             f"extract again: extract world shards {_SMALL} --lidar --overwrite --cache-dir cache",
             "world shards cache",
             "world",
             verified="shards",
+            pace="steady",
         ),
         _scenario(
             "extract labels: extract world out --definition lss,fiery,pon --no-map",
             "world",
             "world",
             verified="out",
+            pace="steady",
         ),
         _scenario(
             "compare labels: compare-labels world --definition lss,cvt --no-map --picture labels.png --json",
             "world",
             "world",
             speaks=True,
+            pace="steady",
         ),
+        _scenario("export shards: export-shards shards tars --format webdataset", "shards", "shards"),
+        _scenario("export cvt: export-cvt world labels", "world", "world"),
         _scenario("verify: verify shards --json", "shards", "shards", speaks=True),
         _scenario("inspect shards: inspect shards --json", "shards", "shards", speaks=True),
         _scenario("inspect shard: inspect shards/scene-0001.h5 --json", "shards", "shards", speaks=True),
@@ -100,13 +118,14 @@ SCENARIOS = {
             "homography-fit: homography-fit shards --method surface,dlt --plot errors.png",
             "shards",
             verified="shards",
+            pace="steady",
         ),
-        _scenario("render-footprints: render-footprints fitted", "fitted", verified="fitted"),
+        _scenario("render-footprints: render-footprints fitted", "fitted", verified="fitted", pace="steady"),
         _scenario(
             "preview: preview rendered --out pictures --view targets,footprints --frames 1",
             "rendered",
             "rendered",
-            slow=True,
+            pace="slow",
         ),
         _scenario("cache: cache --cache-dir cache --json", "cache", "cache", speaks=True),
         _scenario("cache clear: cache --cache-dir cache --clear", "cache"),
@@ -115,17 +134,20 @@ SCENARIOS = {
             "--checkpoint-every 1 --workers 0",
             "plans",
             "plans",
+            pace="steady",
         ),
         _scenario(
             "train on: train lstm-ed plans --out planner --limit-frames 2 --epochs 1 --workers 0",
             "plans planner",
             "plans",
+            pace="steady",
         ),
         _scenario(
             "train from: train lstm-ed plans --out run --init planner --limit-frames 2 --max-steps 1 "
             "--workers 0",
             "plans planner",
             "plans planner",
+            pace="steady",
         ),
         _scenario(
             "print settings: train lstm-ed plans --config settings.yaml --print-config",
@@ -152,57 +174,58 @@ SCENARIOS = {
             "plans planner",
             "plans planner",
             speaks=True,
+            pace="steady",
         ),
         _scenario(
             "evaluate floor: evaluate rendered --format json",
             "rendered",
             "rendered",
             speaks=True,
-            slow=True,
+            pace="slow",
         ),
         _scenario(
             f"train network: train footprints rendered --out run {_NETWORK} --encoder-weights encoder.pth",
             "rendered encoder.pth",
             "rendered encoder.pth",
-            slow=True,
+            pace="slow",
         ),
         _scenario(
             "predict homographies: predict homography fitted --checkpoint network",
             "fitted network",
             "network",
             verified="fitted",
-            slow=True,
+            pace="slow",
         ),
         _scenario(
             "predict masks: predict footprints fitted --checkpoint masks --out predicted --format png",
             "fitted masks",
             "fitted masks",
-            slow=True,
+            pace="slow",
         ),
         _scenario(
             "predict masks of files: predict footprints images --checkpoint masks --out predicted "
             "--calibration camera.json",
             "images masks camera.json",
             "images masks camera.json",
-            slow=True,
+            pace="slow",
         ),
         _scenario(
             "adapt: adapt network images --out adapted",
             "network images",
             "network images",
-            slow=True,
+            pace="slow",
         ),
         _scenario(
             "export: export network --out model.onnx",
             "network",
             "network",
-            slow=True,
+            pace="slow",
         ),
         _scenario(
             "run: run chain.yaml",
             "world chain.yaml",
             "world",
-            slow=True,
+            pace="slow",
             verified="chain/shards",
             uncompared=("chain/manifest.json",),
         ),

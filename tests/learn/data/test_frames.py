@@ -149,6 +149,18 @@ def test_masks_are_taken_at_the_nearest_pixel_s_centre(make, front, masks):
     np.testing.assert_array_equal(sample["masks"], stored[:, rows][:, :, columns])
 
 
+def test_bev_truth_holds_what_rasters_are_named(make, further_shards):
+    names = ("layers/drivable_area", "classes/car", "vehicles")
+    spec = SampleSpec(bev_cell_m=0.5, bev=True, rasters=names)
+    sample = make(spec, further_shards, ["CAM_FRONT"])[6]
+    with Shard(further_shards / "scene-0001.h5") as shard:
+        stored = np.stack([shard.dataset("CAM_FRONT", name)[6] for name in names])
+    assert stored[[0, 2]].any(axis=(1, 2)).all()
+    np.testing.assert_array_equal(sample["bev"], stored)
+    flipped = make(spec, further_shards, ["CAM_FRONT"], augment=Augmentation(flip=1.0))[6, 0]
+    np.testing.assert_array_equal(flipped["bev"][:, :, :30], sample["bev"][:, :, :30].flip(-1))
+
+
 def test_bev_truth_is_by_majority_and_all_known(make, front, sample_grid):
     own = make(ALL, cameras=["CAM_FRONT"])
     fine = make(SampleSpec(bev_cell_m=0.5, bev=True), cameras=["CAM_FRONT"])

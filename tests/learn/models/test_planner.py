@@ -59,47 +59,54 @@ def by_hand(net, features, positions, destination):
         parts = ("weight_ih", "weight_hh", "bias_ih", "bias_hh")
         return [state[f"{name}.{part}{suffix}"] for part in parts]
 
-    parts = ("of_positions", "of_destination", "of_targets", "linear_mean.of_residuals")
-    parts = [part for part in parts if f"{part}.mean" in state]
-    center, spread = ([state[f"{part}.{name}"] for part in parts] for name in ("mean", "spread"))
-    features, positions, destination = features.double(), positions.double(), destination.double()
-    base = torch.zeros(5, 1, 2)
+    def standard(name, values):
+        return (values - state[f"{name}.mean"]) / state[f"{name}.spread"]
+
+    told = destination is not None
+    features, positions = features.double(), positions.double()
+    unit, base = "of_targets", torch.zeros(6, 1, 2)
     if net.linear_mean:
         names = ("centre", "weights", "middle")
         plan = LinearPlan(*(state[f"linear_mean.{name}"].numpy() for name in names))
-        base = torch.from_numpy(plan(positions.numpy(), destination.numpy())).transpose(0, 1)
-    hidden = cell = torch.zeros(len(destination), net.decoder.hidden_size, dtype=torch.float64)
+        base = torch.from_numpy(plan(positions.numpy(), destination.double().numpy() if told else None))
+        unit, base = "linear_mean.of_residuals", base.transpose(0, 1)
+    center, spread = state[f"{unit}.mean"], state[f"{unit}.spread"]
+    hidden = cell = torch.zeros(len(positions), net.decoder.hidden_size, dtype=torch.float64)
     for t in range(6):
         embedded = [
             linear("embed_features.0", features[:, t]).relu(),
-            linear("embed_position.0", (positions[:, t] - center[0]) / spread[0]).relu(),
+            linear("embed_position.0", standard("of_positions", positions[:, t])).relu(),
         ]
         hidden, cell = lstm_step(torch.cat(embedded, 1), hidden, cell, lstm("encoder", "_l0"))
-    r, angle = destination.norm(dim=1), torch.atan2(destination[:, 1], destination[:, 0])
-    r, angle = (r - center[1][0]) / spread[1][0], (angle - center[1][1]) / spread[1][1]
-    estimate, means, sigmas, rhos = torch.zeros_like(destination), [], [], []
-    for step in range(5):
-        embedded = linear("embed_estimate.0", (estimate - center[2]) / spread[2]).relu()
+    place = []
+    if told:
+        r, angle = destination.norm(dim=1), torch.atan2(destination[:, 1], destination[:, 0])
+        place = [standard("of_destination", torch.stack([r, angle], dim=1))]
+    estimate, means, sigmas, rhos = torch.zeros_like(positions[:, 0]), [], [], []
+    for step in range(5 if told else 6):
+        embedded = linear("embed_estimate.0", standard("of_targets", estimate)).relu()
         hidden, cell = lstm_step(embedded, hidden, cell, lstm("decoder"))
-        joined = torch.cat([hidden, r[:, None], angle[:, None]], 1)
-        raw = linear("head.1", linear("head.0.0", joined).relu())
-        estimate = raw[:, :2] * spread[-1] + center[-1] + base[step]
+        raw = linear("head.1", linear("head.0.0", torch.cat([hidden, *place], 1)).relu())
+        estimate = raw[:, :2] * spread + center + base[step]
         means.append(estimate)
-        sigmas.append(functional.softplus(raw[:, 2:4]) * spread[-1] + 0.05)
+        sigmas.append(functional.softplus(raw[:, 2:4]) * spread + 0.05)
         rhos.append(0.999 * raw[:, 4].tanh())
     return torch.stack(means, 1), torch.stack(sigmas, 1), torch.stack(rhos, 1)
 
 
+@pytest.mark.parametrize("told", [True, False])
 @pytest.mark.parametrize("linear_mean", [False, True])
-def test_the_recurrence_is_the_papers(linear_mean):
-    net = Planner(7, hidden=11, linear_mean=linear_mean).double()
-    given_inputs = [value.double() for value in inputs()]
+def test_the_recurrence_is_the_papers(linear_mean, told):
+    net = Planner(7, hidden=11, linear_mean=linear_mean, told=told).double()
+    features, positions, destination = (value.double() for value in inputs())
+    given_inputs = features, positions, destination if told else None
     net.fit(2 + 5 * torch.randn(30, 6, 2), torch.randn(30, 6, 2) * torch.tensor([8.0, 0.3]))
     found = net(*given_inputs)
     for ours, theirs in zip(found, by_hand(net, *given_inputs), strict=True):
         torch.testing.assert_close(ours, theirs, rtol=0, atol=1e-6)
-    assert found.mean.shape == found.sigma.shape == (3, 5, 2)
-    assert found.rho.shape == (3, 5)
+    points = 5 if told else 6
+    assert found.mean.shape == found.sigma.shape == (3, points, 2)
+    assert found.rho.shape == (3, points)
 
 
 def test_coordinates_are_standardised_by_what_was_seen():
@@ -178,6 +185,18 @@ class TestLinearMean:
 
         found = net(None, positions, destination).mean.detach()
         expected = linear(positions.double().numpy(), destination.double().numpy())
+        np.testing.assert_allclose(found, expected, atol=1e-4)
+
+    def test_without_the_destination_it_begins_as_least_squares_from_the_past_alone(self, training):
+        net = Planner(0, linear_mean=True, told=False)
+        net.fit(*training)
+        for weight in net.head.parameters():
+            torch.nn.init.zeros_(weight)
+        _, positions, _ = inputs(count=9)
+
+        found = net(None, positions, None).mean.detach()
+        past, future = (values.double().numpy() for values in training)
+        expected = fit_linear_plan(past, None, future)(positions.double().numpy(), None)
         np.testing.assert_allclose(found, expected, atol=1e-4)
 
     def test_what_the_linear_plan_leaves_over_is_standardised(self, net, linear, training):

@@ -48,18 +48,25 @@ def loss_of(net, batch):
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize(
-    ("name", "no_past"), [*((name, False) for name in PLANNERS), ("mid-to-end", True), ("holistic", True)]
+    ("name", "more"),
+    [
+        *((name, {}) for name in PLANNERS),
+        ("mid-to-end", {"no_past": True}),
+        ("holistic", {"no_past": True}),
+        *((name, {"no_destination": True}) for name in PLANNERS),
+    ],
 )
-def test_each_planner_learns_with_all_its_weights(plan_shards, name, no_past):
+def test_each_planner_learns_with_all_its_weights(plan_shards, name, more):
     # timm's smallest encoder begins with weights of 0 behind others, which learn nothing then
-    net = system(plan_shards, name, no_past=no_past, encoder="resnet18")
+    net = system(plan_shards, name, **more, encoder="resnet18")
+    points = 6 if more.get("no_destination") else 5
     batch = batch_of(plan_shards, net)
     loss_of(net, batch).backward()
     assert [key for key, weight in net.named_parameters() if not weight.grad.any()] == []
     plan = net.eval().predict(batch).plan
-    assert plan.mean.shape == (4, 5, 2)
+    assert plan.mean.shape == (4, points, 2)
     net.update_score(net.answer(batch), batch)
-    error_m = (plan.mean - batch["future"][:, :5]).norm(dim=-1)
+    error_m = (plan.mean - batch["future"][:, :points]).norm(dim=-1)
     scores = net.scores()
     assert float(scores["ade"]) == pytest.approx(float(error_m.detach().mean()), rel=1e-5)
     assert float(scores["last_m"]) == pytest.approx(float(error_m[:, -1].detach().mean()), rel=1e-5)
@@ -100,6 +107,16 @@ def test_the_targets_are_never_looked_at_but_the_destination(plan_shards, name):
     assert torch.equal(net.predict(batch).plan.mean, net.predict({**batch, "future": other}).plan.mean)
     other[:, 5] += 1
     assert not torch.equal(net.predict(batch).plan.mean, net.predict({**batch, "future": other}).plan.mean)
+
+
+@pytest.mark.parametrize("name", ["lstm-ed", "mid-to-end"])
+def test_without_the_destination_nothing_of_the_future_is_looked_at(plan_shards, name):
+    net = system(plan_shards, name, no_destination=True).eval()
+    batch = batch_of(plan_shards, net)
+    assert torch.equal(
+        net.predict(batch).plan.mean,
+        net.predict({**batch, "future": torch.full_like(batch["future"], torch.nan)}).plan.mean,
+    )
 
 
 @pytest.mark.sampled(1)

@@ -27,7 +27,7 @@ class PlanFile:
         calibrations: six, of each image.
         positions: (6, 2) float64 of the ego at each image, metres, level frame of the last one; NaN where the
             file leaves them out.
-        destination: (2,) float64 in the same frame, not its origin.
+        destination: (2,) float64 in the same frame, not its origin; NaN where the file leaves it out.
     """
 
     path: Path
@@ -54,7 +54,7 @@ def read_plan_file(path: Path, needs: Sequence[str]) -> PlanFile:
     """
     values = checked(json_object(path, _PLAN_KEYS), _PLAN_KEYS, needs, str(path))
     positions = values.pop("positions", np.full((SEQUENCE, 2), np.nan))
-    destination = values.pop("destination")
+    destination = values.pop("destination", np.full(2, np.nan))
     calibrations = tuple(
         Calibration(**{key: value[image] for key, value in values.items()}) for image in range(SEQUENCE)
     )

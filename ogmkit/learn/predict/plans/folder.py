@@ -66,7 +66,8 @@ def plan_of_images(
     about: dict[str, object] = {"files": [path.name for path in paths]}
     if homographies:
         about["homography_valid"] = [bool(one.valid) for one in homographies]
-    found = plan_object(plan, known.destination, run.step_s, job.samples, job.generator())
+    destination = known.destination if plan.told else None
+    found = plan_object(plan, destination, run.step_s, job.samples, job.generator())
     return PlanStream(run.name, source, 1, iter([about | found]))
 
 
@@ -84,8 +85,10 @@ def _spec(run: Run) -> SampleSpec:
 def _needs(run: Run, spec: SampleSpec) -> tuple[str, ...]:
     size = () if spec.image_size is None else ("image_size",)
     settings = run.card.settings
-    positions = ("positions",) if isinstance(settings, PlannerTraining) and settings.sees_past else ()
-    return (*size, *positions, "destination")
+    if not isinstance(settings, PlannerTraining):
+        return size
+    told = {"positions": settings.sees_past, "destination": not settings.no_destination}
+    return (*size, *(key for key, needed in told.items() if needed))
 
 
 def _require_known_camera(known: PlanFile, run: Run) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ogmkit.base.atomic import replacing
 from ogmkit.errors import SettingsError
-from ogmkit.metrics.plan import STEPS, Plan
+from ogmkit.metrics.plan import Plan
 from ogmkit.typing import FloatArray
 
 PlanObject = Mapping[str, object]
@@ -65,20 +65,20 @@ class PlanStream:
 
 
 def plan_object(
-    plan: Plan, destination: FloatArray, step_s: float, samples: int, generator: np.random.Generator
+    plan: Plan, destination: FloatArray | None, step_s: float, samples: int, generator: np.random.Generator
 ) -> dict[str, object]:
     """What is said of a plan.
 
     Args:
         plan: of finite numbers.
-        destination: (2,) metres, level frame.
+        destination: (2,) metres, level frame; None where the planner is not told it.
         step_s: time from one point to the next.
         samples: trajectories to draw.
         generator: of what is drawn.
 
     Returns:
-        `destination`, `plan` (a point each step) and, where trajectories are drawn, `samples`; metres and
-        seconds, plain numbers and lists.
+        `destination` where it is told, `plan` (a point each step) and, where trajectories are drawn,
+        `samples`; metres and seconds, plain numbers and lists.
     """
     points = [
         {
@@ -93,19 +93,20 @@ def plan_object(
             zip(plan.mean.tolist(), plan.sigma.tolist(), plan.rho.tolist(), strict=True)
         )
     ]
-    found: dict[str, object] = {"destination": destination.tolist(), "plan": points}
+    told = {} if destination is None else {"destination": destination.tolist()}
+    found: dict[str, object] = {**told, "plan": points}
     if samples:
         found["samples"] = drawn(plan, samples, generator).tolist()
     return found
 
 
 def drawn(plan: Plan, samples: int, generator: np.random.Generator) -> FloatArray:
-    """Draw trajectories: (N, 5, 2) float64 metres, level frame.
+    """Draw trajectories: (N, T, 2) float64 metres, level frame.
 
     Each point comes from its own step's Gaussian, whatever the point before: a plan says nothing of how steps
     hang together, so a drawn trajectory is less smooth than a driven one.
     """
-    first, second = np.moveaxis(generator.standard_normal((samples, STEPS, 2)), -1, 0)
+    first, second = np.moveaxis(generator.standard_normal((samples, *plan.mean.shape)), -1, 0)
     # The Cholesky factor of the correlation matrix of x and y.
     units = np.stack([first, plan.rho * first + np.sqrt(1 - plan.rho**2) * second], axis=-1)
     points: FloatArray = plan.mean + plan.sigma * units

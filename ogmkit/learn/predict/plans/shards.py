@@ -112,9 +112,8 @@ def _objects(job: PlanJob, run: Run, index: FrameIndex, spec: SampleSpec) -> Ite
             }
             if known.homography_valid is not None:
                 about["homography_valid"] = [known.homography_valid[row] for row in rows]
-            yield about | plan_object(
-                found.plan, known.destinations[frame], index.step_s, job.samples, generator
-            )
+            destination = known.destinations[frame] if found.plan.told else None
+            yield about | plan_object(found.plan, destination, index.step_s, job.samples, generator)
 
 
 def _read(path: Path, camera: str, homography: str | None) -> _Frames:

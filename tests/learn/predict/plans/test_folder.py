@@ -43,11 +43,11 @@ def sharpen(net):
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory, make_run):
-    """System → RUN; `end-to-end-np` too."""
+    """System → RUN; `end-to-end-np` and `lstm-ed-nd` too."""
     folder = tmp_path_factory.mktemp("runs")
-    systems = {**SYSTEMS, "end-to-end-np": {"no_past": True}}
+    systems = {**SYSTEMS, "end-to-end-np": {"no_past": True}, "lstm-ed-nd": {"no_destination": True}}
     return {
-        name: make_run(folder / name, name.removesuffix("-np"), GRID, CAMERAS, sharpen, **more)
+        name: make_run(folder / name, re.sub("-n[pd]$", "", name), GRID, CAMERAS, sharpen, **more)
         for name, more in systems.items()
     }
 
@@ -209,6 +209,18 @@ def test_the_past_is_not_needed_where_it_is_not_seen(runs, known, plan):
     np.testing.assert_array_equal(numbers(plan(runs["end-to-end-np"], known)), numbers(expected))
     with pytest.raises(TableError, match=r"plan\.json: positions is missing; add it"):
         plan(runs["end-to-end"], known)
+
+
+def test_a_planner_that_is_not_told_the_destination_needs_none(plan_shards, runs, known, plan):
+    one = plan(runs["lstm-ed-nd"], {"positions": known["positions"]}, samples=2)
+    stream = plans_of_shards(PlanJob(runs["lstm-ed-nd"], samples=2), plan_shards, choice=Choice((SCENE,)))
+    expected = next(other for other in stream.objects if other["frame"] == FRAME)
+    np.testing.assert_allclose(numbers(one), numbers(expected), atol=2e-4)
+    assert stream.name == "lstm-ed-nd"
+    assert [point["t_s"] for point in one["plan"]] == [0.5, 1.0, 1.5, 2.0, 2.5, 3.0]
+    assert np.shape(one["samples"]) == (2, 6, 2)
+    assert not {"destination"} & (one.keys() | expected.keys())
+    np.testing.assert_array_equal(numbers(plan(runs["lstm-ed-nd"], known)), numbers(one))
 
 
 def test_a_planner_that_sees_no_image_needs_none(tmp_path, runs, known, plan):

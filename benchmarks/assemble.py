@@ -1,0 +1,49 @@
+"""Put the tables of the benchmarks in parts into RESULTS.md, between their markers.
+
+`python benchmarks/assemble.py`; what has not been run is called so.
+"""
+
+import argparse
+import sys
+from pathlib import Path
+
+import learn_tables
+import plan_tables
+from bench_command import RESULTS
+from bench_parts import Bench
+from result_rows import state
+
+PAGE = Path(__file__).resolve().parent / "RESULTS.md"
+TABLES = {"python benchmarks/perception.py": learn_tables, "python benchmarks/planning.py": plan_tables}
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--results", type=Path, default=RESULTS, help="where the parts' figures are")
+    parser.add_argument("--page", type=Path, default=PAGE, help="the file with the markers")
+    options = parser.parse_args(arguments)
+    page = options.page.read_text(encoding="utf-8")
+    for command, tables in TABLES.items():
+        bench = Bench(options.results, options.results / tables.NAME, tuple(tables.parts_of(toy=False)))
+        page = between(page, tables.NAME, f"{state(bench, command)}\n\n{tables.text(bench)}")
+    options.page.write_text(page, encoding="utf-8")
+
+
+def between(page, name, text):
+    """A page with the text between the markers of a name.
+
+    Raises:
+        SystemExit: it lacks them.
+    """
+    begin, end = f"<!-- {name}: begin -->", f"<!-- {name}: end -->"
+    before, found, rest = page.partition(begin)
+    _, closed, after = rest.partition(end)
+    if not (found and closed):
+        sys.exit(f"{begin} or {end} is missing")
+    return f"{before}{begin}\n{text}\n{end}{after}"
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,114 @@
+"""Parts that score grids and homographies: counts by scene, so that rows can be compared."""
+
+import shutil
+import tempfile
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+from bench_data import CAMERA, data_of, scenes_of, train
+from commands import ogmkit_here
+
+from ogmkit.evaluation.evaluate import evaluate
+from ogmkit.evaluation.settings import EvaluateSettings
+from ogmkit.learn.predict.homographies import measured
+from ogmkit.learn.predict.run import open_run
+from ogmkit.pipeline.geometry import frame_geometry
+from ogmkit.pipeline.homography_summary import read_results
+from ogmkit.shards.reader import Shard
+
+MEAN = "training set's mean"
+NETWORK = "network"
+
+
+def make_grids(bench, part):
+    """Train a system and score its grids on the scenes to report."""
+    return score_grids(bench, part, [train(bench, part)], ceilings=())
+
+
+def make_free(bench, part):
+    """Rows that need no training: controls, ceilings, and errors of homographies."""
+    shards, _ = data_of(bench, part)
+    scenes = scenes_of(bench, part)
+    sources = part.settings["sources"].split(",")
+    errors = {source: errors_of(shards, scenes["test"], source) for source in sources}
+    errors[MEAN] = mean_errors(shards, scenes["train"], scenes["test"])
+    return score_grids(bench, part, [], ceilings=None) | {"errors": errors}
+
+
+def make_homography(bench, part):
+    """Train a homography network; leaves shards that have its homographies, and masks made by them."""
+    run, (shards, splits) = train(bench, part), data_of(bench, part)
+    place = bench.at(part.name)
+    out = place / "shards"
+    if not out.exists():
+        with tempfile.TemporaryDirectory(dir=place) as making:
+            shutil.copytree(shards, Path(making) / "shards").rename(out)
+    shutil.copy(splits, place)
+    ogmkit_here("predict", "homography", out, "--checkpoint", run)
+    ogmkit_here("render-footprints", out, "--homography", NETWORK, "--scale", 1)
+    return {"errors": {NETWORK: errors_of(out, scenes_of(bench, part)["test"], NETWORK)}}
+
+
+def score_grids(bench, part, runs, ceilings):
+    """Counts by scene of a run, or of the rows for free where there is none."""
+    shards, splits = data_of(bench, part)
+    settings = EvaluateSettings(homography=part.settings["homography"], samples=0, scale=1)
+    found = evaluate(shards, [open_run(run) for run in runs], settings, split_file=splits, ceilings=ceilings)
+    names = found.systems or found.fixed
+    counts = {
+        name: {what: array.tolist() for what, array in asdict(found.by_scene[name]).items()} for name in names
+    }
+    return {
+        "scenes": scenes_of(bench, part)["test"],
+        "frames": found.frames,
+        "foreground_iou": {name: dict(_ious(found, name)) for name in names},
+        "counts": counts,
+    }
+
+
+def _ious(found, name):
+    """`vehicles bev close fov` → IoU, for those who read the file."""
+    for one in found.figures:
+        if one.system == name and one.metric == "foreground_iou":
+            place = f"{one.target} {one.view} {one.region} {one.cells}"
+            yield place, None if np.isnan(one.value) else round(one.value, 4)
+
+
+def errors_of(shards, scenes, source):
+    """Errors of vehicles' ground corners, each left out of the fit, as the shards have them, by scene."""
+    return [_of_scene(_stored(shards, scene, source)) for scene in scenes]
+
+
+def mean_errors(shards, train_scenes, test_scenes):
+    """Errors of one homography for all frames: the mean of the training scenes' `surface`."""
+    matrices = []
+    for scene in train_scenes:
+        with Shard(shards / f"{scene}.h5") as shard:
+            group = shard.h5[f"{CAMERA}/homography/surface"]
+            matrices.append(group["bev_from_image"][:][group["valid"][:]])
+    mean = np.concatenate(matrices).mean(axis=0)
+    return [_of_scene(_measured(shards, scene, mean)) for scene in test_scenes]
+
+
+def _stored(shards, scene, source):
+    with Shard(shards / f"{scene}.h5") as shard:
+        return [read_results(shard, CAMERA, source).left_out]
+
+
+def _measured(shards, scene, bev_from_image):
+    with Shard(shards / f"{scene}.h5") as shard:
+        frames = range(shard.frames(CAMERA))
+        return [
+            measured(bev_from_image, frame_geometry(shard, CAMERA, frame), shard.grid)[1] for frame in frames
+        ]
+
+
+def _of_scene(left_out):
+    """Ranges and errors in metres of a scene's measured boxes; null where there is none, or no bound."""
+    range_m, error_m = (
+        np.concatenate([getattr(one, name)[one.evaluated] for one in left_out])
+        for name in ("range_m", "error_m")
+    )
+    errors = [round(value, 3) if np.isfinite(value) else None for value in error_m.tolist()]
+    return {"range_m": range_m.round(2).tolist(), "error_m": errors}
