@@ -1,6 +1,6 @@
 """A plan on the plane: its points with their times, their ellipses, and the destination."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from ogmkit.typing import FloatArray
 _DIAMOND = np.array([[0.0, -9.0], [9.0, 0.0], [0.0, 9.0], [-9.0, 0.0]])
 _LABEL_SIZE, _LABEL_GAP = 18, 10
 _SWATCH = 20
+_MIDDLE = (_SWATCH - 1) / 2
 
 
 def draw_plan_marks(
@@ -70,24 +71,27 @@ def _draw_outline(canvas: Canvas, outline: FloatArray) -> None:
     canvas.polyline(np.concatenate([outline, outline[:1]]), theme().second, 1)
 
 
-def _entries() -> Iterator[legend.Entry]:
-    middle = (_SWATCH - 1) / 2
-    swatch = Canvas(_SWATCH, _SWATCH)
-    swatch.polygon(_DIAMOND + middle, theme().future)
-    yield swatch.pixels, "destination"
-    swatch = Canvas(_SWATCH, _SWATCH)
-    swatch.polyline(np.array([[0, middle], [_SWATCH - 1, middle]]), theme().second)
-    swatch.dots(np.full((1, 2), middle), theme().second, DOT_RADIUS)
-    yield swatch.pixels, "planned"
+def plan_group(*, told: bool, ellipses: bool) -> legend.Group:
+    """The legend of plans: with a destination where one is told, and ellipses of distributions."""
+    shown = (_destination_entry,) * told + (_planned_entry,) + (_ellipse_entry,) * ellipses
+    return "Plan", lambda: [entry() for entry in shown]
 
 
-def _ellipse_entries() -> Iterator[legend.Entry]:
+def _destination_entry() -> legend.Entry:
+    swatch = Canvas(_SWATCH, _SWATCH)
+    swatch.polygon(_DIAMOND + _MIDDLE, theme().future)
+    return swatch.pixels, "destination"
+
+
+def _planned_entry() -> legend.Entry:
+    swatch = Canvas(_SWATCH, _SWATCH)
+    swatch.polyline(np.array([[0, _MIDDLE], [_SWATCH - 1, _MIDDLE]]), theme().second)
+    swatch.dots(np.full((1, 2), _MIDDLE), theme().second, DOT_RADIUS)
+    return swatch.pixels, "planned"
+
+
+def _ellipse_entry() -> legend.Entry:
     angle = np.linspace(0, 2 * np.pi, 40)
     swatch = Canvas(_SWATCH, _SWATCH)
-    _draw_outline(swatch, (_SWATCH - 1) / 2 * (1 + 0.85 * np.stack([np.cos(angle), np.sin(angle)], axis=1)))
-    yield from _entries()
-    yield swatch.pixels, "90 % of its distribution"
-
-
-PLAN: legend.Group = ("Plan", _entries)
-PLAN_WITH_ELLIPSES: legend.Group = ("Plan", _ellipse_entries)
+    _draw_outline(swatch, _MIDDLE * (1 + 0.85 * np.stack([np.cos(angle), np.sin(angle)], axis=1)))
+    return swatch.pixels, "90 % of its distribution"

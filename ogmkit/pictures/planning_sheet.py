@@ -1,7 +1,7 @@
 """Plans over the truth: one PNG for each planner, with the image beside the plane from above."""
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from urllib.parse import quote
 
@@ -12,7 +12,7 @@ from ogmkit.drawing import bev_panel, legend
 from ogmkit.drawing.canvas import Canvas
 from ogmkit.drawing.cells import target_colours
 from ogmkit.drawing.palette import theme
-from ogmkit.drawing.plan_marks import PLAN_WITH_ELLIPSES, draw_plan_marks
+from ogmkit.drawing.plan_marks import draw_plan_marks, plan_group
 from ogmkit.drawing.png import write_png
 from ogmkit.drawing.sheet import Caption, Heading, Panel, draw_sheet, draw_tile
 from ogmkit.evaluation.planning.result import PlanEvaluation, PlanSample
@@ -25,8 +25,6 @@ from ogmkit.shards.faults import damaged
 from ogmkit.shards.listed import listed_shard
 from ogmkit.shards.manifest import Manifest, read_manifest
 from ogmkit.typing import FloatArray, UInt8Array
-
-_GROUPS = legend.PLANE, legend.EGO, PLAN_WITH_ELLIPSES
 
 SHARE = 0.9
 """Of a distribution: what its ellipse holds."""
@@ -55,13 +53,20 @@ def draw_plans(shards: Path, evaluation: PlanEvaluation, pictures: Path) -> tupl
     manifest, written = read_manifest(shards), []
     note = f"split {evaluation.split} · each plan beside its image, over cells and vehicles of that moment"
     for name in evaluation.systems:
-        tiles = [
-            _draw_sample(shards, manifest, sample) for sample in evaluation.samples if sample.system == name
-        ]
+        samples = [sample for sample in evaluation.samples if sample.system == name]
+        tiles = [_draw_sample(shards, manifest, sample) for sample in samples]
         path = pictures / f"{quote(name, safe=' +,=@')}-plans.png"  # a name may hold a part of a path
-        write_png(path, draw_sheet(Heading(name, "", note), tiles, 2, _GROUPS))
+        write_png(
+            path, draw_sheet(Heading(name, "", note), tiles, 2, _groups([sample.plan for sample in samples]))
+        )
         written.append(path)
     return tuple(written)
+
+
+def _groups(plans: Sequence[Plan]) -> tuple[legend.Group, ...]:
+    """The legend's: of what the plans have."""
+    told, ellipses = any(plan.told for plan in plans), any(np.isfinite(plan.sigma).any() for plan in plans)
+    return legend.PLANE, legend.EGO, plan_group(told=told, ellipses=ellipses)
 
 
 def _draw_sample(shards: Path, manifest: Manifest, sample: PlanSample) -> UInt8Array:
@@ -133,7 +138,8 @@ def _times(points: int, step_s: float) -> list[str]:
 
 
 def _metres(point: FloatArray) -> str:
-    return f"{point[0]:.2f}, {point[1]:.2f} m"
+    ahead, left = (f"{metres:z.2f}" for metres in point.tolist())
+    return f"{ahead}, {left} m"
 
 
 def _ellipses(plan: Plan) -> Iterator[FloatArray]:

@@ -137,8 +137,19 @@ def test_one_sheet_a_planner(make_shards, tmp_path, far_plan):
 
 
 def test_swatches_have_the_legends_size():
-    shapes = {swatch.shape for swatch, _ in plan_marks.PLAN_WITH_ELLIPSES[1]()}
+    _, entries = plan_marks.plan_group(told=True, ellipses=True)
+    shapes = {swatch.shape for swatch, _ in entries()}
     assert shapes == {swatch.shape for swatch, _ in legend.EGO[1]()}
+
+
+def test_the_legend_names_what_the_plans_have():
+    labels = [
+        [label for _, label in plan_marks.plan_group(told=told, ellipses=ellipses)[1]()]
+        for told, ellipses in ((False, False), (True, False), (False, True))
+    ]
+
+    ellipse = "90 % of its distribution"
+    assert labels == [["planned"], ["destination", "planned"], ["planned", ellipse]]
 
 
 def test_points_have_their_times_on_the_side_away_from_the_truth(view, grid, far_plan):

@@ -12,7 +12,7 @@ from ogmkit.drawing import legend
 from ogmkit.drawing.bev_panel import Plan, draw_paths, draw_plane
 from ogmkit.drawing.cells import agreement_colours, overlap, target_colours
 from ogmkit.drawing.palette import theme
-from ogmkit.drawing.plan_marks import PLAN, draw_plan_marks
+from ogmkit.drawing.plan_marks import draw_plan_marks, plan_group
 from ogmkit.grid import GridSpec
 from ogmkit.samples.spec import TARGETS
 from ogmkit.typing import FloatArray, UInt8Array
@@ -93,7 +93,8 @@ def shown_plans(mean: Tensor, future: Tensor, positions: Tensor) -> Shown:
     drawn = np.stack([_draw_plan(*one) for one in zip(*points, strict=True)])
     errors_m = np.linalg.norm(points[0] - points[1][:, : points[0].shape[1]], axis=-1).mean(axis=1)
     scores = tuple(f"ADE {error:.2f} m" for error in errors_m.tolist())
-    return Shown((("from above", drawn),), scores, (legend.EGO, PLAN))
+    group = plan_group(told=mean.shape[1] < future.shape[1], ellipses=False)
+    return Shown((("from above", drawn),), scores, (legend.EGO, group))
 
 
 def _draw_plan(mean: FloatArray, future: FloatArray, positions: FloatArray) -> UInt8Array:
