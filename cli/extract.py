@@ -42,8 +42,7 @@ _NAMED = 3
 @click.command(
     cls=Command,
     examples=(
-        "ogmkit extract dataroot shards --workers 8",
-        "ogmkit extract dataroot shards --layers drivable_area,lane --classes car,truck,bus --instances",
+        "ogmkit extract dataroot shards --workers 8 --layers lane --classes car,truck,bus --instances",
         "ogmkit extract dataroot labels --definition lss,cvt --scenes 'scene-00*'",
     ),
 )

@@ -55,7 +55,7 @@ def test_rows_as_json():
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("--definition", "ls"), "'ls' is not one of paper, lss,"),
+        (("--definition", "ls"), "'ls' is not one of paper, surround,"),
         (("--definition", "bevfusion", "--no-map"), "bevfusion: has no class without a map; leave it out"),
         (("--definition", "lss,lss"), "definitions: lss, lss: name at least one, each once"),
     ],

@@ -10,9 +10,9 @@ from ogmkit.errors import TableError
 from ogmkit.frames import FrameRecord, KeyFrame
 from ogmkit.geometry.se3 import inverse
 from ogmkit.labels.catalogue import PRESETS
-from ogmkit.labels.centre_channels import centre_channels
+from ogmkit.labels.centres import centre_channels
 from ogmkit.labels.make import labels_of
-from ogmkit.labels.plane import intrinsic_yaw_rad
+from ogmkit.labels.plane import intrinsic_yaw_rad, plane_of
 from ogmkit.nuscenes.expansion import open_expansion
 from ogmkit.pipeline.exports.pictures import png_of
 from ogmkit.typing import FloatArray
@@ -70,7 +70,7 @@ def files_of(key_frame: KeyFrame) -> dict[str, bytes]:
     arrays = labels_of(key_frame, CVT, open_expansion(key_frame.dataroot, key_frame.location))
     bits = sum(arrays[name].astype(np.uint16) << place for place, name in enumerate(CLASSES))
     file = io.BytesIO()
-    np.savez_compressed(file, aux=centre_channels(key_frame, CVT))
+    np.savez_compressed(file, aux=centre_channels(key_frame.boxes, CVT, plane_of(CVT.frame, key_frame)))
     contents = {
         "bev": png_of(np.asarray(bits)),
         "aux": file.getvalue(),
