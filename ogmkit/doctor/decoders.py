@@ -58,7 +58,8 @@ def _jpeg(pixels: UInt8Array, flag: int, factor: int) -> bool:
 
 def _png(pixels: UInt8Array) -> bool:
     _, data = cv2.imencode(".png", pixels)
-    return bool(np.array_equal(cv2.imdecode(data, cv2.IMREAD_COLOR), pixels))
+    found = cv2.imdecode(data, cv2.IMREAD_COLOR)
+    return found is not None and bool(np.array_equal(found, pixels))
 
 
 def _pillow_jpeg(pixels: UInt8Array) -> bool:

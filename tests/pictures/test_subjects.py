@@ -1,5 +1,7 @@
 """Tiles of the views that show masks: what stands where, and what is said of it."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -25,6 +27,8 @@ def path(make_shards):
 def draw(path, grid, subject, names, index=1):
     with Shard(path) as shard:
         view = read_view(shard, "CAM_FRONT", index)
+        further = dict.fromkeys(("layers/lane", "classes/car", "instances/id"), view.vehicles)
+        view = dataclasses.replace(view, further=further)
         plan = plan_for(grid, (), PLANE_SIZE)
         tile = SUBJECTS[subject].tile(view, plan, open_sets(shard, "CAM_FRONT", names) if names else ())
     return tile, plan

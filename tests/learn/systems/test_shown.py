@@ -59,3 +59,19 @@ def test_a_sheet_of_plans_says_epoch_and_error_and_is_large_enough():
         sheet = watching._draw(system, shown, SimpleNamespace(current_epoch=7, global_step=40))
     assert (headings[0].scene, headings[0].camera) == ("lstm-ed", "epoch 7")
     assert min(sheet.shape[:2]) >= 600
+
+
+@pytest.mark.parametrize(("points", "labels"), [(5, ["destination", "planned"]), (6, ["planned"])])
+def test_a_destination_is_marked_where_it_is_told(points, labels):
+    future = torch.stack([torch.arange(1.0, 7.0) * 4, torch.zeros(6)], 1)[None]
+    shown = shown_plans(
+        future[:, :points] + torch.tensor([0.0, 6.0]), future, future - torch.tensor([28.0, 0.0])
+    )
+    ((_, planes),) = shown.panels
+    heading, entries = shown.groups[-1]
+
+    assert heading == "Plan"
+    assert [label for _, label in entries()] == labels
+    # 24 m ahead, on 10 px a metre below 450: the diamond is full, the ring of a path is not.
+    middle = tuple(planes[0, 209:211, 149:151].reshape(-1, 3).max(axis=0).tolist())
+    assert (middle == theme().future) == (points == 5)
