@@ -1,9 +1,19 @@
 """What the benchmarks share: timing side by side, peak memory of a process, one table a claim."""
 
-import os
+import json
 import subprocess
+import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
+
+_LAUNCH = """
+import json, os, subprocess, sys, time
+start = time.perf_counter()
+process = subprocess.Popen(sys.argv[1:], stdout=subprocess.DEVNULL)
+_, status, usage = os.wait4(process.pid, 0)
+print(json.dumps([time.perf_counter() - start, usage.ru_maxrss, os.waitstatus_to_exitcode(status)]))
+"""
+"""A small process starts the measured one: Linux counts into a peak what the parent had at the fork."""
 
 
 def side_by_side(functions: Mapping[str, Callable[[], object]], repeats: int) -> dict[str, float]:
@@ -25,14 +35,13 @@ def run_process(command: Sequence[str]) -> tuple[float, float]:
     Raises:
         subprocess.CalledProcessError: it failed.
     """
-    start = time.perf_counter()
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
-    _, status, usage = os.wait4(process.pid, 0)
-    seconds = time.perf_counter() - start
-    process.returncode = os.waitstatus_to_exitcode(status)
-    if process.returncode:
-        raise subprocess.CalledProcessError(process.returncode, command)
-    return seconds, usage.ru_maxrss / 1024  # Linux counts KiB
+    launched = subprocess.run(
+        [sys.executable, "-S", "-c", _LAUNCH, *command], stdout=subprocess.PIPE, check=True
+    )
+    seconds, peak_kib, code = json.loads(launched.stdout)
+    if code:
+        raise subprocess.CalledProcessError(code, command)
+    return seconds, peak_kib / 1024
 
 
 def show(claim: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:

@@ -45,9 +45,9 @@ class GridSpec:
         require_stated(self)
         if self.rows * self.columns > _MAX_CELLS:
             raise SettingsError(f"grid: {self.rows} rows × {self.columns} columns are over 2^28 cells")
-        if not (abs(self.ego_row) <= _MAX_EGO_CELLS and abs(self.ego_column) <= _MAX_EGO_CELLS):
-            position = f"({self.ego_row}, {self.ego_column})"
-            raise SettingsError(f"grid: ego position {position} is not within {_MAX_EGO_CELLS:g} cells")
+        for name, place in (("ego_row", self.ego_row), ("ego_column", self.ego_column)):
+            if not abs(place) <= _MAX_EGO_CELLS:
+                raise SettingsError(f"{name}: {place} is not within {_MAX_EGO_CELLS:g} cells")
 
     @property
     def shape(self) -> tuple[int, int]:

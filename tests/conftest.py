@@ -1,6 +1,7 @@
 """Fixtures that several folders of tests share; test modules import nothing from each other."""
 
 import hashlib
+import importlib.util
 import json
 import os
 import shutil
@@ -11,6 +12,7 @@ from pathlib import Path
 import hypothesis
 import pytest
 
+FIXTURES = Path(__file__).resolve().parents[1] / "fixtures"
 DATA = Path(os.environ.get("OGMKIT_TEST_DATA") or Path(__file__).resolve().parents[2] / "shared" / "data")
 REAL_DATAROOT = DATA / "nuscenes-mini-part"
 
@@ -52,11 +54,29 @@ def partial_dataroot():
 
 @pytest.fixture(scope="session")
 def peer_labels():
-    """Labels that the field's repositories gave on those two scenes and on `fixtures/`."""
+    """Labels that the field's repositories gave on those two scenes and on `level_dataroot`."""
     root = DATA / "peer-labels"
     if not root.is_dir():
         pytest.skip(f"labels of the field's repositories are absent: {root}")
     return root
+
+
+@pytest.fixture(scope="session")
+def make_fixtures():
+    """The script that makes the dataset in `fixtures/`."""
+    spec = importlib.util.spec_from_file_location("make_fixtures", FIXTURES / "make_fixtures.py")
+    script = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    return script
+
+
+@pytest.fixture(scope="session")
+def level_dataroot(shared_folder, make_fixtures):
+    """The dataset of `fixtures/` as it was when peers' labels were made: level, without images."""
+    from ogmkit.synthetic.build import synthesize
+
+    name = "nuscenes-synthetic"
+    return shared_folder("level", lambda folder: synthesize(folder / name, make_fixtures.LEVEL)) / name
 
 
 @pytest.fixture(scope="session")

@@ -75,7 +75,7 @@ def test_the_ranges_are_the_outer_edges_of_the_outer_cells(grid):
     ],
 )
 def test_impossible_grids_are_refused(wrong):
-    with pytest.raises(SettingsError, match=r"^(grid|m_per_cell|rows|columns): "):
+    with pytest.raises(SettingsError, match=r"^(grid|m_per_cell|rows|columns|ego_row|ego_column): "):
         GridSpec(**wrong)
 
 

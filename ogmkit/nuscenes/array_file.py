@@ -12,6 +12,10 @@ REMEDY = "extract the metadata archive again"
 _HEAD_BYTES = 256
 
 
+MISSING = "table is missing"
+"""The kind of error that says so."""
+
+
 def require_array(path: Path) -> None:
     """Refuse what DuckDB would accept or explain badly.
 
@@ -24,7 +28,7 @@ def require_array(path: Path) -> None:
             file.seek(max(0, os.fstat(file.fileno()).st_size - _HEAD_BYTES))
             tail = file.read().rstrip()
     except FileNotFoundError as error:
-        raise TableError(f"{path}: table is missing; {REMEDY}") from error
+        raise TableError(f"{path}: table is missing; {REMEDY}", kind=MISSING) from error
     except OSError as error:
         raise TableError(
             f"{path}: cannot be read ({error.strerror}); check the file and its permissions"

@@ -12,6 +12,7 @@ from typing import Literal
 
 from ogmkit.base.names import unknown
 from ogmkit.errors import SettingsError, TableError
+from ogmkit.nuscenes.array_file import MISSING
 from ogmkit.nuscenes.categories import require_known
 from ogmkit.nuscenes.files import FILE_RULES, file_problems
 from ogmkit.nuscenes.found import with_found
@@ -134,7 +135,8 @@ def _load(tables: Tables, use: Use) -> Iterator[Finding]:
             tables.load(table)
         except TableError as error:
             tables.load_empty(table)
-            needed = table in EDGE_TABLES and (use.maps or table != "map")
+            unless = {"map": use.maps, "visibility": error.kind != MISSING}
+            needed = unless.get(table, table in EDGE_TABLES)
             problems["error" if needed else "warning"].append(str(error))
     for severity, lines in problems.items():
         if lines:

@@ -9,6 +9,7 @@ from ogmkit.base.steps import STEP_S
 from ogmkit.errors import SettingsError, TableError
 from ogmkit.frames import KeyFrame, SceneRecord
 from ogmkit.nuscenes import splits as split_lists
+from ogmkit.nuscenes.array_file import MISSING
 from ogmkit.nuscenes.overview import SceneOverview, key_files, scene_overviews
 from ogmkit.nuscenes.paths import one_line
 from ogmkit.nuscenes.places import ScenePlaces, read_places
@@ -28,8 +29,6 @@ from ogmkit.nuscenes.uses import prepare
 from ogmkit.nuscenes.versions import find_version
 
 _NAME = "coalesce(name, token)"
-_DISPENSABLE = ("map", "visibility")
-"""Tables that records can do without: of maps where none is asked for; without the other, it is unknown."""
 
 
 class Dataset:
@@ -55,9 +54,12 @@ class Dataset:
         self._rules: dict[str, Rule] = {}
         try:
             for table in EDGE_TABLES:
-                if table not in _DISPENSABLE:
+                if table != "map":
                     self._tables.load(table)
-            self._unread = {table: self._load_or_leave(table) for table in _DISPENSABLE}
+            self._no_maps = self._load_or_leave("map")
+            no_visibility = self._load_or_leave("visibility")  # where it is absent, all are unknown
+            if no_visibility is not None and no_visibility.kind != MISSING:
+                raise no_visibility
             prepare(self._tables)
         except BaseException:
             self._tables.close()
@@ -239,9 +241,10 @@ class Dataset:
 
     def _require_sound(self, token: str, name: str, channels: Sequence[str], *, maps: bool) -> None:
         """Raise the first violation among what a scene's frames use."""
-        unread = self._unread["map"]
-        if maps and unread is not None:
-            raise TableError(f"{unread}, or extract with --no-map", kind="table is missing or unreadable")
+        if maps and self._no_maps is not None:
+            raise TableError(
+                f"{self._no_maps}, or extract with --no-map", kind="table is missing or unreadable"
+            )
         if not self._rules:
             self._rules = {rule.id: rule for rule in find_violations(self._tables)}
         require_sound(self._tables, self._rules, (token, name), channels, maps=maps)

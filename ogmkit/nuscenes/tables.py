@@ -15,7 +15,7 @@ import duckdb
 import numpy as np
 from numpy.typing import NDArray
 
-from ogmkit.errors import TableError
+from ogmkit.errors import SettingsError, TableError
 from ogmkit.nuscenes.array_file import REMEDY, require_array
 from ogmkit.nuscenes.paths import one_line
 from ogmkit.nuscenes.schema import Column, columns
@@ -165,6 +165,7 @@ class Tables:
         self, connection: duckdb.DuckDBPyConnection, sql: str, parameters: Parameters
     ) -> duckdb.DuckDBPyConnection:
         """Run a statement in a thread: Ctrl-C ends it at once, while DuckDB alone heeds it afterwards."""
+        _require_utf8(parameters)
         running = self._thread.submit(connection.execute, sql, parameters)
         try:
             return running.result()
@@ -223,3 +224,13 @@ def _read_json(types: dict[str, str]) -> str:
 def _reason(error: Exception) -> str:
     """DuckDB's first line, without the file's name, which stands before it anyway."""
     return one_line(str(error).splitlines()[0].split('.json", ')[-1])
+
+
+def _require_utf8(parameters: Parameters) -> None:
+    """Refuse texts that no table can hold, such as names of files in another encoding."""
+    for one in parameters.values() if isinstance(parameters, Mapping) else parameters:
+        for text in one if isinstance(one, list | tuple) else [one]:
+            try:
+                str(text).encode()
+            except UnicodeEncodeError as error:
+                raise SettingsError(f"{text!r}: is not valid UTF-8; rename it, or choose another") from error

@@ -14,8 +14,8 @@ from ogmkit.errors import OutputError
 from ogmkit.synthetic.layout import Layout, Location, build_layout
 from ogmkit.synthetic.mapfiles import write_expansion
 from ogmkit.synthetic.mask import write_mask
-from ogmkit.synthetic.plan import LogPlan, ScenePlan, plan_scenes, split_scenes
-from ogmkit.synthetic.recording import Recorder, RecordingSettings, count_files
+from ogmkit.synthetic.plan import LogPlan, plan_scenes, split_scenes
+from ogmkit.synthetic.recording import Recorder, count_files
 from ogmkit.synthetic.sensors import Sensor, mounted_sensors
 from ogmkit.synthetic.settings import SynthesisSettings
 from ogmkit.synthetic.stage import build_stage
@@ -107,18 +107,13 @@ def _make(
     for log, sensors in rigs.items():
         add_log(tables, log, sensors)
     layouts = {log.location: build_layout(settings.seed, log.location) for log in logs}
-    _write_maps(out, tables, layouts, logs)
+    _write_maps(out, tables, layouts, logs, odd_areas=settings.odd_areas)
     annotations = 0
-    recording = RecordingSettings(
-        settings.frames, settings.image_size, settings.sweeps, settings.lidar_azimuths, settings.annotating
-    )
-    counter = _Counter(_count(plans, settings, recording), on_progress)
-    recorder = Recorder(out, tables, recording, counter.advance)
+    counter = _Counter(sum(count_files(plan, settings) for plan in plans), on_progress)
+    recorder = Recorder(out, tables, settings, counter.advance)
     for plan in plans:
         layout = layouts[plan.log.location]
-        stage = build_stage(
-            settings.seed, plan, layout, duration_s, settings.relief_m, incidents=settings.incidents
-        )
+        stage = build_stage(settings, plan, layout, duration_s)
         annotations += recorder.record(stage, rigs[plan.log])
     tables.write(out / settings.version)
     names = tuple(plan.name for plan in plans)
@@ -141,10 +136,6 @@ class _Counter:
             self._on_progress(self.done, self._total)
 
 
-def _count(plans: tuple[ScenePlan, ...], settings: SynthesisSettings, recording: RecordingSettings) -> int:
-    return sum(count_files(plan, settings.seed, settings.channels, recording) for plan in plans)
-
-
 def _rig(log: LogPlan, settings: SynthesisSettings) -> tuple[Sensor, ...]:
     random = np.random.default_rng([settings.seed, 5, log.index]) if settings.relief_m else None
     return mounted_sensors(settings.channels, settings.image_size, random)
@@ -158,8 +149,11 @@ def _make_folders(out: Path, settings: SynthesisSettings) -> None:
             (out / kind / channel).mkdir(parents=True)
 
 
-def _write_maps(out: Path, tables: Tables, layouts: dict[Location, Layout], logs: list[LogPlan]) -> None:
+def _write_maps(
+    out: Path, tables: Tables, layouts: dict[Location, Layout], logs: list[LogPlan], *, odd_areas: bool
+) -> None:
     for location, layout in layouts.items():
         filename = add_map(tables, location.name, [log for log in logs if log.location == location])
         write_mask(out / filename, layout.layers.drivable, location.size_m)
-        write_expansion(out / "maps" / "expansion" / f"{location.name}.json", layout, tables.seed)
+        path = out / "maps" / "expansion" / f"{location.name}.json"
+        write_expansion(path, layout, tables.seed, odd_areas=odd_areas)

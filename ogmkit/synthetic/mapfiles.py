@@ -14,17 +14,25 @@ from ogmkit.synthetic.junctions import between
 from ogmkit.synthetic.layout import Layout, lane_divider_lines, road_divider_lines
 from ogmkit.synthetic.mapgraph import MapGraph, Record
 from ogmkit.synthetic.maplights import traffic_lights
+from ogmkit.synthetic.oddareas import odd_walkways
 from ogmkit.synthetic.streets import Lane
 from ogmkit.typing import FloatArray
 
 _VERSION = "1.3"
 
 
-def write_expansion(path: Path, layout: Layout, seed: int) -> None:
-    """Write the map expansion of one location: the polygons of its mask, lanes, and what belongs to them."""
+def write_expansion(path: Path, layout: Layout, seed: int, *, odd_areas: bool = False) -> None:
+    """Write the map expansion of one location: the polygons of its mask, lanes, and what belongs to them.
+
+    Args:
+        path: of the file.
+        layout: of the location.
+        seed: of the dataset.
+        odd_areas: whether there are walkways of odd shape besides.
+    """
     graph = MapGraph(seed, layout.location.name)
     layers = {
-        **_areas(graph, layout),
+        **_areas(graph, layout, odd_walkways(layout.network) if odd_areas else []),
         **_roads(graph, layout),
         **_markings(graph, layout),
         **_lanes(graph, layout),
@@ -41,10 +49,10 @@ def write_expansion(path: Path, layout: Layout, seed: int) -> None:
     path.write_text(json.dumps(content, separators=(",", ":"), allow_nan=False), encoding="utf-8")
 
 
-def _areas(graph: MapGraph, layout: Layout) -> dict[str, list[Record]]:
+def _areas(graph: MapGraph, layout: Layout, odd: list[Polygon]) -> dict[str, list[Record]]:
     """Surfaces without direction."""
     drivable = [graph.add_polygon(area) for area in layout.layers.drivable.geoms]
-    walkways = [graph.add_polygon(area) for area in layout.layers.walkway.geoms]
+    walkways = [graph.add_polygon(area) for area in [*layout.layers.walkway.geoms, *odd]]
     car_parks: list[Record] = [
         {
             "token": graph.token("carpark_area", number),

@@ -1,7 +1,6 @@
 """Records a scene: images and sweeps into files, samples and sensor data into tables."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -13,28 +12,10 @@ from ogmkit.synthetic.observation import Moment, add_annotations, camera_shares,
 from ogmkit.synthetic.plan import ScenePlan, token
 from ogmkit.synthetic.rendering import encode_jpeg, render_image
 from ogmkit.synthetic.sensors import Sensor
+from ogmkit.synthetic.settings import SynthesisSettings
 from ogmkit.synthetic.stage import Stage
 from ogmkit.synthetic.tables import Row, Tables
 from ogmkit.typing import FloatArray, IntArray
-
-
-@dataclass(frozen=True)
-class RecordingSettings:
-    """How scenes are recorded.
-
-    Attributes:
-        frames: key frames a scene.
-        image_size: height and width of the images.
-        sweeps: also what lies between the key frames.
-        lidar_azimuths: LiDAR rays of a ring.
-        annotating: cameras whose view makes annotations and their visibility.
-    """
-
-    frames: int
-    image_size: tuple[int, int]
-    sweeps: bool
-    lidar_azimuths: int
-    annotating: tuple[str, ...]
 
 
 class Recorder:
@@ -43,12 +24,12 @@ class Recorder:
     Args:
         out: the dataset's root; the folders of the channels exist.
         tables: where rows go.
-        settings: how to record.
+        settings: of the dataset.
         on_file: called after each image or sweep.
     """
 
     def __init__(
-        self, out: Path, tables: Tables, settings: RecordingSettings, on_file: Callable[[], None]
+        self, out: Path, tables: Tables, settings: SynthesisSettings, on_file: Callable[[], None]
     ) -> None:
         self._out = out
         self._tables = tables
@@ -124,7 +105,8 @@ class Recorder:
         global_from_sensor = pose_matrix(*stage.ego_pose(shot.timestamp_us)) @ sensor.ego_from_sensor
         path = self._out / filename
         if sensor.intrinsics is not None:
-            path.write_bytes(self._image(stage, sensor.intrinsics, global_from_sensor, moment, filename))
+            if self._settings.images:
+                path.write_bytes(self._image(stage, sensor.intrinsics, global_from_sensor, moment, filename))
             return None
         points, solid_index = scan(
             stage.scenery, moment.solids, global_from_sensor, azimuths=self._settings.lidar_azimuths
@@ -152,11 +134,13 @@ class Recorder:
         return encode_jpeg(image)
 
 
-def count_files(plan: ScenePlan, seed: int, channels: Sequence[str], settings: RecordingSettings) -> int:
+def count_files(plan: ScenePlan, settings: SynthesisSettings) -> int:
     """Images and sweeps of a scene."""
-    random = np.random.default_rng([seed, 4, plan.index])
+    random = np.random.default_rng([settings.seed, 4, plan.index])
     samples_us = key_times(random, plan.start_us, settings.frames)
-    return sum(len(shots(random, samples_us, channel, sweeps=settings.sweeps)) for channel in channels)
+    return sum(
+        len(shots(random, samples_us, channel, sweeps=settings.sweeps)) for channel in settings.channels
+    )
 
 
 def _filename(plan: ScenePlan, sensor: Sensor, shot: Shot) -> str:

@@ -9,6 +9,8 @@ from ogmkit.synthetic.motion import Actor, Standing
 from ogmkit.synthetic.streets import PARKING_M, Network, Road
 from ogmkit.typing import FloatArray
 
+WORKS_SHARE = 0.35
+"""Usual share of roadsides with road works."""
 _OCCUPIED = 0.62
 _SPACING_M = 1.1
 _PARKED = {
@@ -30,7 +32,10 @@ _DRIVEWAY_CLEARANCE_M = 9.0
 
 
 def draw_roadside(
-    random: np.random.Generator, network: Network, car_parks: tuple[CarPark, ...]
+    random: np.random.Generator,
+    network: Network,
+    car_parks: tuple[CarPark, ...],
+    works_share: float = WORKS_SHARE,
 ) -> list[Actor]:
     """Everything that stands still in a scene."""
     driveways = np.array([np.mean(park.driveway.exterior.coords[:4], axis=0) for park in car_parks])
@@ -39,7 +44,7 @@ def draw_roadside(
     for road in network.roads:
         for side in (1, -1):
             bays = road.bays[0] if side > 0 else road.bays[1]
-            works = int(random.integers(len(bays))) if bays and random.uniform() < 0.35 else -1
+            works = int(random.integers(len(bays))) if bays and random.uniform() < works_share else -1
             for number, bay in enumerate(bays):
                 fill = _road_works if number == works else _parked_row
                 actors += fill(random, network, road, side, bay)
@@ -61,7 +66,7 @@ def _parked_row(
             return actors
         if random.uniform() < _OCCUPIED and look.size_wlh[0] < PARKING_M:
             gap_m = PARKING_M / 2 + float(random.uniform(-0.08, 0.08))
-            pose = _beside(road, side, place_m + length_m / 2, -gap_m)
+            pose = beside(road, side, place_m + length_m / 2, -gap_m)
             flip = 0.0 if side == network.traffic_side else np.pi
             turn = flip + float(random.normal(0, 0.012))
             actors.append(Actor(look, Standing(pose[0], pose[1], pose[2] + turn)))
@@ -86,7 +91,7 @@ def _road_works(
     things += [("movable_object.trafficcone", float(x), -PARKING_M + 0.05, 0.0) for x in cones]
     actors = []
     for category, along_m, left_of_kerb_m, turn in things:
-        x, y, heading = _beside(road, side, along_m, left_of_kerb_m)
+        x, y, heading = beside(road, side, along_m, left_of_kerb_m)
         actors.append(Actor(draw_look(random, category), Standing(x, y, heading + turn)))
     return actors
 
@@ -97,9 +102,9 @@ def _walkway_things(random: np.random.Generator, road: Road, side: int) -> list[
     for along_m in np.arange(8.0, road.centre.length - 8.0, 16.0) + random.uniform(-4, 4):
         if random.uniform() < 0.4:
             look = draw_look(random, _choose(random, _ON_WALKWAY))
-            x, y, heading = _beside(road, side, float(along_m), road.section.walkway_m - 0.6)
+            x, y, heading = beside(road, side, float(along_m), road.section.walkway_m - 0.6)
             if look.category == "static_object.bicycle_rack":
-                x, y, heading = _beside(road, side, float(along_m), road.section.walkway_m + 0.6)
+                x, y, heading = beside(road, side, float(along_m), road.section.walkway_m + 0.6)
                 heading += np.pi / 2
             actors.append(Actor(look, Standing(x, y, heading)))
     return actors
@@ -118,7 +123,7 @@ def _car_park(random: np.random.Generator, park: CarPark) -> list[Actor]:
     return actors
 
 
-def _beside(road: Road, side: int, along_m: float, from_kerb_m: float) -> tuple[float, float, float]:
+def beside(road: Road, side: int, along_m: float, from_kerb_m: float) -> tuple[float, float, float]:
     """Pose beside a road: metres along its middle line, metres outward from the kerb."""
     kerb_m = float(np.interp(along_m, road.centre.distances, road.left_m if side > 0 else road.right_m))
     heading = float(road.centre.heading(along_m))

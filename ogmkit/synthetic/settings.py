@@ -7,6 +7,7 @@ from typing import Literal
 from ogmkit.base.stated import require_stated, setting
 from ogmkit.errors import SettingsError
 from ogmkit.synthetic.rig import CAMERA_MOUNTS, LIDAR
+from ogmkit.synthetic.roadside import WORKS_SHARE
 
 AnnotateBy = Literal["all", "rendered"]
 
@@ -17,6 +18,11 @@ class SynthesisSettings:
 
     Attributes:
         lidar_azimuths: LiDAR rays of a ring.
+        images: whether images are rendered; without them the tables name files that aren't there.
+        tilt_deg: about how far the body leans, nose down and to the left.
+        works_share: share of roadsides where a bay is closed off by barriers and cones.
+        odd_areas: whether maps also hold walkways of odd shape: concave ones, and rings that cross or touch
+            themselves.
 
     Raises:
         SettingsError: a setting is out of range or unknown.
@@ -53,6 +59,10 @@ class SynthesisSettings:
         flag="--relief",
     )
     lidar_azimuths: int = 1090
+    images: bool = True
+    tilt_deg: float = 0.0
+    works_share: float = WORKS_SHARE
+    odd_areas: bool = False
     incidents: bool = setting(
         False,
         "Vehicles stand in the ego's lanes, to be passed by swerving, and the car ahead brakes suddenly.",

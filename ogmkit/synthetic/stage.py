@@ -14,6 +14,7 @@ from ogmkit.synthetic.palette import Palette
 from ogmkit.synthetic.plan import ScenePlan
 from ogmkit.synthetic.relief import ego_pose, rolling_ground, yaw_quaternion
 from ogmkit.synthetic.scenery import TREE, Scenery, Solids, concatenate
+from ogmkit.synthetic.settings import SynthesisSettings
 from ogmkit.synthetic.surroundings import draw_surroundings
 from ogmkit.synthetic.traffic import Traffic, build_traffic
 from ogmkit.typing import FloatArray, IntArray
@@ -56,6 +57,7 @@ class Stage:
         height: the ground's, None where it is flat.
         scenery: ground and light.
         surroundings: houses and trees.
+        tilt_rad: how far the ego's body leans.
     """
 
     plan: ScenePlan
@@ -63,6 +65,7 @@ class Stage:
     height: HeightFunction | None
     scenery: Scenery
     surroundings: Solids
+    tilt_rad: float = 0.0
 
     def seconds(self, timestamp_us: int) -> float:
         """Scene time of a timestamp."""
@@ -70,7 +73,9 @@ class Stage:
 
     def ego_pose(self, timestamp_us: int) -> tuple[list[float], list[float]]:
         """Translation and quaternion of the ego, rounded as the tables hold them."""
-        translation, rotation = ego_pose(self.traffic.ego, self.seconds(timestamp_us), self.height)
+        translation, rotation = ego_pose(
+            self.traffic.ego, self.seconds(timestamp_us), self.height, self.tilt_rad
+        )
         return [round(value, 6) for value in translation], [round(value, 8) for value in rotation]
 
     def boxes(self, timestamp_us: int) -> list[Box]:
@@ -114,26 +119,25 @@ class Stage:
         return Box(number, actor.look, translation, rotation, speed_m_s, actor.driver >= 0)
 
 
-def build_stage(
-    seed: int,
-    plan: ScenePlan,
-    layout: Layout,
-    duration_s: float,
-    relief_m: float,
-    *,
-    incidents: bool = False,
-) -> Stage:
+def build_stage(settings: SynthesisSettings, plan: ScenePlan, layout: Layout, duration_s: float) -> Stage:
     """Draw a scene; scenes of one location share its ground."""
-    random = np.random.default_rng([seed, 2, plan.index])
-    traffic = build_traffic(random, layout.network, layout.car_parks, duration_s, incidents=incidents)
-    location_random = np.random.default_rng([seed, 3, plan.log.location.index])
-    height = rolling_ground(location_random, relief_m) if relief_m else None
+    random = np.random.default_rng([settings.seed, 2, plan.index])
+    traffic = build_traffic(
+        random,
+        layout.network,
+        layout.car_parks,
+        duration_s,
+        incidents=settings.incidents,
+        works_share=settings.works_share,
+    )
+    location_random = np.random.default_rng([settings.seed, 3, plan.log.location.index])
+    height = rolling_ground(location_random, settings.relief_m) if settings.relief_m else None
     surroundings = draw_surroundings(location_random, layout, height)
     drive = np.array([traffic.ego.pose(time_s)[:2] for time_s in np.arange(0.0, duration_s + 1, 1.0)])
     low, high = drive.min(axis=0) - _GROUND_MARGIN_M, drive.max(axis=0) + _GROUND_MARGIN_M
     extent = (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
-    palette = Palette.from_seed(int(random.integers(2**31)))
-    return Stage(plan, traffic, height, Scenery(layout.layers, height, palette, extent), surroundings)
+    scenery = Scenery(layout.layers, height, Palette.from_seed(int(random.integers(2**31))), extent)
+    return Stage(plan, traffic, height, scenery, surroundings, float(np.radians(settings.tilt_deg)))
 
 
 def _selected(solids: Solids, indices: IntArray) -> Solids:

@@ -14,7 +14,7 @@ from ogmkit.synthetic.motion import Actor, Driving
 from ogmkit.synthetic.obstacles import Obstacle, draw_obstacles
 from ogmkit.synthetic.overlap import overlaps
 from ogmkit.synthetic.passing import plan_passing
-from ogmkit.synthetic.roadside import draw_roadside
+from ogmkit.synthetic.roadside import WORKS_SHARE, draw_roadside
 from ogmkit.synthetic.streets import Network
 from ogmkit.synthetic.walkers import QUIET, draw_crossings, draw_walkers
 from ogmkit.typing import FloatArray
@@ -46,6 +46,7 @@ def build_traffic(
     duration_s: float,
     *,
     incidents: bool = False,
+    works_share: float = WORKS_SHARE,
 ) -> Traffic:
     """Draw and simulate a scene; whoever would collide is taken out and the scene simulated again.
 
@@ -55,9 +56,10 @@ def build_traffic(
         car_parks: beside them.
         duration_s: how long the scene lasts.
         incidents: whether vehicles stand in the ego's way, and somebody ahead of it brakes suddenly.
+        works_share: share of roadsides with road works.
     """
     times_s = np.arange(-_WARM_UP_S, duration_s + _AFTER_S + STEP_S, STEP_S)
-    still = draw_roadside(random, network, car_parks) + draw_walkers(random, network)
+    still = draw_roadside(random, network, car_parks, works_share) + draw_walkers(random, network)
     crossing, blockades = draw_crossings(random, network, duration_s, _QUIET if incidents else QUIET)
     drivers = draw_drivers(random, network, float(times_s[-1] - times_s[0]), incidents=incidents)
     obstacles = []

@@ -5,6 +5,7 @@ a case of some quick parts instead and writes the counts to stdout, for the test
 """
 
 import argparse
+import fcntl
 import json
 import os
 import random
@@ -13,6 +14,8 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
@@ -70,19 +73,28 @@ def _work(options: argparse.Namespace) -> int:
         return _sample(worker, [part for part in parts if not part.slow], options)
     options.out.mkdir(parents=True, exist_ok=True)
     mine = parts[options.worker :: options.workers]
+    others = [part for part in parts if part not in mine]
     until = time.monotonic() + 60 * options.minutes
-    groups = [[part for part in mine if part.needs_torch == needed] for needed in (False, True)]
-    return max([_all(worker, group, options.out, until) for group in groups])
+    groups = [
+        [part for part in some if part.needs_torch == needed]
+        for some in (mine, others)
+        for needed in (False, True)
+    ]
+    return max([_all(worker, group, options, until) for group in groups])
 
 
-def _all(worker, parts, folder, until) -> int:
+def _all(worker, parts, options, until) -> int:
     from harness.parts import is_done, read_counts
 
-    unsound = False
+    folder, unsound = options.out, False
     while time.monotonic() < until and (left := [part for part in parts if not is_done(folder, part)]):
         for part in left:
             try:
-                worker.run(part, folder, until)
+                with _claimed(options.scratch / part.file) as claimed:
+                    if not claimed:
+                        time.sleep(0.1)
+                        continue
+                    worker.run(part, folder, until)
             except RuntimeError as error:
                 print(error, file=sys.stderr)
                 parts.remove(part)
@@ -90,6 +102,18 @@ def _all(worker, parts, folder, until) -> int:
                 continue
             print(part.file, read_counts(folder, part).get("outcomes"), flush=True)
     return int(unsound or any(read_counts(folder, part).get("bad") for part in parts))
+
+
+@contextmanager
+def _claimed(path: Path) -> Iterator[bool]:
+    """Whether no other worker has the part."""
+    with path.with_suffix(".lock").open("w") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            yield False
+        else:
+            yield True
 
 
 def _sample(worker, parts, options) -> int:

@@ -12,8 +12,8 @@ STP3 = PRESETS["stp3"]
 
 @pytest.mark.parametrize("rows", [slice(0, 1), pytest.param(slice(None), marks=pytest.mark.slow)])
 @pytest.mark.parametrize("data", ["real", "synthetic"])
-def test_as_stp3_gave_them(request, peer_labels, key_frames, fixture_root, data, rows):
-    root = fixture_root if data == "synthetic" else request.getfixturevalue("partial_dataroot")
+def test_as_stp3_gave_them(request, peer_labels, key_frames, level_dataroot, data, rows):
+    root = level_dataroot if data == "synthetic" else request.getfixturevalue("partial_dataroot")
     archive, frames = np.load(peer_labels / f"ST-P3__{root.name}.npz"), key_frames(root)
     shape = archive["seq_shape"]
     expected = np.unpackbits(archive["seq_packed"])[: np.prod(shape)].reshape(shape)
@@ -26,6 +26,6 @@ def test_as_stp3_gave_them(request, peer_labels, key_frames, fixture_root, data,
         assert int((found != sequence).sum()) == 0
 
 
-def test_a_sequence_takes_nine_frames(key_frames, fixture_root):
+def test_a_sequence_takes_nine_frames(key_frames, level_dataroot):
     with pytest.raises(SettingsError, match="key frame 2 of 8: a sequence takes 2 before and 6 after it"):
-        stp3_sequence(list(key_frames(fixture_root).values())[:8], 2, STP3)
+        stp3_sequence(list(key_frames(level_dataroot).values())[:8], 2, STP3)

@@ -38,10 +38,10 @@ def test_some_real_frames(name, peer, key_frames, preset, partial_dataroot):
 
 
 @pytest.mark.parametrize("name", sorted(PRESETS))
-def test_some_synthetic_frames(name, peer, key_frames, preset, fixture_root):
-    expected = peer(name, fixture_root)
+def test_some_synthetic_frames(name, peer, key_frames, preset, level_dataroot):
+    expected = peer(name, level_dataroot)
     tokens = random.Random(name).sample(sorted(expected), 3)
-    assert not differing(expected, key_frames(fixture_root), preset, name, fixture_root, tokens)
+    assert not differing(expected, key_frames(level_dataroot), preset, name, level_dataroot, tokens)
 
 
 @pytest.mark.slow
@@ -55,13 +55,13 @@ def test_all_real_frames(name, peer, key_frames, preset, partial_dataroot):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(PRESETS))
-def test_all_synthetic_frames(name, peer, key_frames, preset, fixture_root):
-    expected = peer(name, fixture_root)
+def test_all_synthetic_frames(name, peer, key_frames, preset, level_dataroot):
+    expected = peer(name, level_dataroot)
     assert len(expected) == 40
-    assert not differing(expected, key_frames(fixture_root), preset, name, fixture_root, expected)
+    assert not differing(expected, key_frames(level_dataroot), preset, name, level_dataroot, expected)
 
 
-def test_a_frame_whose_lines_end_on_the_border_to_the_last_bit(peer, key_frames, preset, fixture_root):
-    expected, frames = peer("bevfusion", fixture_root), key_frames(fixture_root)
+def test_a_frame_whose_lines_end_on_the_border_to_the_last_bit(peer, key_frames, preset, level_dataroot):
+    expected, frames = peer("bevfusion", level_dataroot), key_frames(level_dataroot)
     token = list(expected)[2]  # GEOS from 3.11 on gives 18 other cells here
-    assert not differing(expected, frames, preset, "bevfusion", fixture_root, [token])
+    assert not differing(expected, frames, preset, "bevfusion", level_dataroot, [token])

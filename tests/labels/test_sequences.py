@@ -40,16 +40,16 @@ def scenes_of(key_frames, root):
 
 @pytest.mark.parametrize("row", [3, pytest.param(slice(None), marks=pytest.mark.slow)])
 @pytest.mark.parametrize("data", ["real", "synthetic"])
-def test_as_fiery_gave_them(request, peer_labels, key_frames, fixture_root, data, row):
-    root = fixture_root if data == "synthetic" else request.getfixturevalue("partial_dataroot")
+def test_as_fiery_gave_them(request, peer_labels, key_frames, level_dataroot, data, row):
+    root = level_dataroot if data == "synthetic" else request.getfixturevalue("partial_dataroot")
     archive, frames = np.load(peer_labels / f"fiery__{root.name}.npz"), key_frames(root)
     rows = [row] if isinstance(row, int) else range(len(archive["seq_tokens"]))
     for one in rows:
         assert not any(compare(archive, frames, scenes_of(frames, root), one).values())
 
 
-def test_a_sequence_takes_two_frames_before_the_present_and_four_after(key_frames, fixture_root):
-    frames = list(key_frames(fixture_root).values())[:6]
+def test_a_sequence_takes_two_frames_before_the_present_and_four_after(key_frames, level_dataroot):
+    frames = list(key_frames(level_dataroot).values())[:6]
     with pytest.raises(SettingsError, match="key frame 2 of 6: a sequence takes 2 before and 4 after it"):
         fiery_sequence(frames, 2, FIERY)
 

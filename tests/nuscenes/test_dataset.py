@@ -4,12 +4,13 @@ import errno
 import json
 import os
 import pickle
+import re
 
 import numpy as np
 import pytest
 from pyquaternion import Quaternion
 
-from ogmkit.errors import SettingsError
+from ogmkit.errors import SettingsError, TableError
 from ogmkit.nuscenes.check import check_dataset
 from ogmkit.nuscenes.dataset import Dataset
 
@@ -265,6 +266,26 @@ def test_visibility_is_what_the_key_stands_for(make_dataset, tmp_path, edit_tabl
     (finding,) = (finding for finding in check_dataset(root) if finding.rule == "R607")
     assert finding.severity == "warning"
     assert finding.count == sum(key in ("odd", "absent") for key in tokens.values())
+
+
+@pytest.mark.parametrize("damage", ["absent", "damaged"])
+def test_all_visibilities_are_unknown_without_their_table_but_a_damaged_one_is_refused(
+    make_dataset, tmp_path, damage
+):
+    root = tmp_path / "root"
+    make_dataset(root)
+    path = next(root.glob("v1.0-*/visibility.json"))
+    if damage == "absent":
+        path.unlink()
+        with Dataset(root) as dataset:
+            frames = dataset.scene("scene-0001", ["CAM_FRONT"]).cameras["CAM_FRONT"]
+        assert not any(frame.boxes.visibility.any() for frame in frames)
+    else:
+        path.write_bytes(path.read_bytes()[:-9])
+        with pytest.raises(TableError, match=re.escape(f"{path}: ")):
+            Dataset(root)
+    (finding,) = (finding for finding in check_dataset(root) if finding.rule == "R101")
+    assert finding.severity == {"absent": "warning", "damaged": "error"}[damage]
 
 
 def test_optional_columns_may_be_absent(make_dataset, tmp_path, edit_table):

@@ -6,8 +6,10 @@ import threading
 import pytest
 
 from ogmkit.errors import SettingsError, TableError
+from ogmkit.nuscenes.check import check_dataset
 from ogmkit.nuscenes.dataset import Dataset
 from ogmkit.nuscenes.tables import Tables
+from ogmkit.nuscenes.uses import Use
 from ogmkit.nuscenes.versions import find_version
 
 
@@ -155,6 +157,15 @@ def test_folders_may_have_any_name(make_dataset, tmp_path, name):
 
     with Dataset(root) as dataset:
         assert dataset.scene_names() == ("scene-0001", "scene-0002")
+
+
+def test_names_that_are_no_utf8_are_refused(small_root, tmp_path):
+    with pytest.raises(SettingsError, match=r"'\\udc80': is not valid UTF-8"):
+        check_dataset(small_root, use=Use(cameras=("\udc80",)))
+    (tmp_path / "\udc80").mkdir()
+    root = small_root.rename(tmp_path / "\udc80" / "root")
+    with pytest.raises(SettingsError, match="is not valid UTF-8; rename it"), Dataset(root) as dataset:
+        dataset.scene_names()
 
 
 def test_only_key_frames_of_cameras_and_lidar_are_kept(small_root):

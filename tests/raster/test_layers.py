@@ -129,7 +129,8 @@ def covered():
     def union(expansion, layer):
         if layer in LINES:
             return shapely.union_all([shapely.LineString(line) for line in expansion.lines(layer)])
-        return shapely.union_all([shapely.Polygon(area.outer, area.holes) for area in expansion.areas(layer)])
+        rings = [shapely.Polygon(area.outer, area.holes) for area in expansion.areas(layer)]
+        return shapely.union_all(shapely.make_valid(rings))  # some cross or touch themselves
 
     expansions = {location: open_expansion(FIXTURE, location) for location in LOCATIONS}
     return {

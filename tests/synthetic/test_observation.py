@@ -24,7 +24,7 @@ STEP_PX = 6
 @pytest.fixture(scope="module")
 def moment(town):
     (plan,) = plan_scenes(1, 6.0, 2)
-    stage = build_stage(3, plan, town, 6.0, 0.0)
+    stage = build_stage(SynthesisSettings(seed=3), plan, town, 6.0)
     return stage, observe(stage, plan.start_us + 1_000_000)
 
 

@@ -47,3 +47,14 @@ def test_ground_varies_by_the_relief_and_smoothly():
     assert 2.0 < z.max() - z.min() < 8.0
     assert np.abs(np.diff(z, axis=0)).max() / 2 < 0.15
     assert z[50:100, 50:100].max() - z[50:100, 50:100].min() > 0.5
+
+
+def test_a_leaning_body_has_its_nose_down_and_leans_left_and_sways():
+    tilt_rad = np.radians(1.2)
+    matrices = [pose_matrix(*ego_pose(drive(), time_s, None, tilt_rad)) for time_s in np.arange(0, 9, 0.5)]
+    level = [pose_matrix(*ego_pose(drive(), time_s, None)) for time_s in np.arange(0, 9, 0.5)]
+    np.testing.assert_allclose([heading_rad(one) for one in matrices], [heading_rad(one) for one in level])
+    forward_falls = np.degrees([-one[2, 0] for one in matrices])
+    left_falls = np.degrees([-one[2, 1] for one in matrices])
+    assert (forward_falls.min(), forward_falls.max()) == pytest.approx((0.9, 1.5), abs=0.02)
+    assert (left_falls.min(), left_falls.max()) == pytest.approx((0.72, 1.2), abs=0.02)

@@ -129,5 +129,5 @@ def _faults(kind: str, at: int) -> Iterator[Fault]:
 
 
 def chosen(faults: Sequence[Fault], most: int, seed: str) -> list[Fault]:
-    """All, or so many of them, evenly drawn."""
-    return list(faults) if len(faults) <= most else random.Random(seed).sample(faults, most)
+    """At most so many of them, evenly drawn; more of them begin with the same ones."""
+    return random.Random(seed).sample(faults, len(faults))[:most]

@@ -97,7 +97,8 @@ class Fuzz:
         for _ in range(random.choice((1, 1, 2, 3))):
             extra += _option(scenario, random)
         ended = self._bench.forker.command((*scenario.arguments, *extra))
-        named = [part.lstrip("-") for part in extra if part.startswith("--")]
+        options = [part.lstrip("-") for part in extra if part.startswith("--")]
+        named = [*options, *(option.replace("-", "_") for option in options)]
         named += [repr(part)[1:-1] for part in extra]  # as messages show what can't be printed
         found = outcome.of_end(
             ended, {*outcome.names_of(sound[1]), *scenario.names, *named, *filter(None, extra)}

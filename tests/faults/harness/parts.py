@@ -52,9 +52,9 @@ class Part:
 
 
 _MOST: Mapping[str, Mapping[Pace, int]] = {
-    "faults": {"quick": 1000, "steady": 270, "slow": 60},
-    "kills": {"quick": 40, "steady": 40, "slow": 12},
-    "options": {"quick": 350, "steady": 350, "slow": 40},
+    "faults": {"quick": 1000, "steady": 230, "slow": 50},
+    "kills": {"quick": 20, "steady": 20, "slow": 8},
+    "options": {"quick": 350, "steady": 200, "slow": 40},
 }
 
 
