@@ -130,15 +130,19 @@ def _seen(shard: Shard, definition: Definition, row: int, frame_of: dict[str, in
 
 
 def _tile(moment: _Moment, definition: Definition) -> UInt8Array:
-    """The images round the raster, each below its title."""
-    canvas = Canvas(_BELOW + _TITLED, _RIGHT + PHOTO[1])
+    """The images round the raster, each below its title; no higher than what there is."""
     plane = _titled(draw_plane(moment.colours, plan_for(grid_spec(definition.grid), (), PLANE)), "from above")
-    canvas.paste(plane, _MIDDLE + (PLANE[1] - plane.shape[1]) // 2, _AHEAD)
+    placed = [(plane, _MIDDLE + (PLANE[1] - plane.shape[1]) // 2, _AHEAD)]
     for camera, view in moment.views.items():
         if camera in _PLACES:
             photo = _titled(draw_camera(view, PHOTO), camera)
             left, top = _PLACES[camera]
-            canvas.paste(photo, left + (PHOTO[1] - photo.shape[1]) // 2, top)
+            placed.append((photo, left + (PHOTO[1] - photo.shape[1]) // 2, top))
+    first = min(top for _, _, top in placed)
+    last = max(top + picture.shape[0] for picture, _, top in placed)
+    canvas = Canvas(last - first, _RIGHT + PHOTO[1])
+    for picture, left, top in placed:
+        canvas.paste(picture, left, top - first)
     return _titled(canvas, f"key frame {moment.row}")
 
 
