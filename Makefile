@@ -14,7 +14,7 @@ EXACT := $(addprefix tests/,geometry raster homography footprints metrics test_g
 	--deselect=tests/raster/test_drivable.py::test_random_poses_on_the_real_masks_follow_the_devkit_s_rule
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test slow harden mutants conformance conformance-env environments bench bench-learn bench-plan \
+.PHONY: help install demo test slow pictures harden mutants conformance conformance-env environments bench bench-learn bench-plan \
 	bench-tables bench-real
 
 help:
@@ -22,6 +22,7 @@ help:
 	@echo "make demo         the whole chain on fixtures/: shards, trainings, both tables and pictures, under demo/"
 	@echo "make test         linters, types, import contract and tests"
 	@echo "make slow         the long tests: four frames, four sequences learnt by heart, kills, masks of real size"
+	@echo "make pictures     the pictures of README.md and docs/ that need no training"
 	@echo "make harden       faults, kills and broken inputs for every command; resumes; takes an hour and a half"
 	@echo "make mutants      change the exact modules one place at a time: do their own tests notice? half an hour"
 	@echo "make conformance  ogmkit beside the official nuScenes devkit, in $(DEVKIT)"
@@ -78,6 +79,9 @@ test: $(VENV)/.installed-dev
 
 slow: $(VENV)/.installed-dev
 	OMP_NUM_THREADS=1 $(VENV)/bin/pytest -m slow $(SPREAD)
+
+pictures: $(VENV)/.installed
+	$(VENV)/bin/python docs/make_pictures.py
 
 # MINUTES=8 stops sooner; another run goes on with what is missing. Counts are in benchmarks/results/harden.
 MINUTES ?= 90

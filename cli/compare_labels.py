@@ -18,6 +18,7 @@ from .options import (
     scenes_option,
     split_file_option,
     splits_option,
+    theme_option,
     version_option,
 )
 from .paths import ANY
@@ -27,6 +28,7 @@ from .text import json_text, lines_text, text_table, with_number
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from ogmkit.drawing.palette import ThemeName
     from ogmkit.evaluation.label_comparison import LabelComparison, LabelRow
 
 _HEADER = ("label", "beside", "class", "cells", "beside's", "area", "IoU")
@@ -54,6 +56,7 @@ _HEADER = ("label", "beside", "class", "cells", "beside's", "area", "IoU")
 @split_file_option
 @click.option("--no-map", is_flag=True, help="Leave out classes that need the map expansion.")
 @click.option("--picture", type=ANY, help="PNG file of the key frame where the first one is farthest off.")
+@theme_option
 @json_option
 def command(
     dataroot: Path,
@@ -64,6 +67,7 @@ def command(
     split_file: Path | None,
     no_map: bool,
     picture: Path | None,
+    theme: ThemeName,
     as_json: bool,
 ) -> None:
     """Compare the labels of several repositories with each other and with exact ones.
@@ -86,9 +90,11 @@ def command(
         with progress(len(names), "scenes", "compare-labels") as advance:
             found = compare_labels(dataset, names, drawn, on_progress=advance)
         if picture is not None:
+            from ogmkit.drawing.palette import themed
             from ogmkit.pictures.labels_sheet import draw_disagreement
 
-            draw_disagreement(picture, dataset, found.worst, drawn)
+            with themed(theme):
+                draw_disagreement(picture, dataset, found.worst, drawn)
     click.echo(json_text(found) if as_json else lines_text(_lines(found)))
 
 

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ogmkit.drawing.palette import ThemeName, themed
 from ogmkit.evaluation.settings import EvaluateSettings
 from ogmkit.labels.names import NAMES, PAPER
 
 from .command import Command
 from .evaluate_written import ROWS, label_table, written
 from .logs import note
-from .options import cameras_option, shards_split_file_option, workers_option
+from .options import cameras_option, shards_split_file_option, theme_option, workers_option
 from .paths import EXISTING, EXISTING_FILE, EXISTING_FOLDER, FOLDER
 from .progress import progress
 from .record_options import record_options
@@ -102,6 +103,7 @@ class _Call:
     help="Grids of another network, HDF5 or npz: sample_token (N), and (N, rows, columns) for each class; "
     "repeat the option for several rows.",
 )
+@theme_option
 @workers_option
 def command(
     shards: Path,
@@ -114,6 +116,7 @@ def command(
     pictures: Path | None,
     definition: str,
     predictions: tuple[Path, ...],
+    theme: ThemeName,
     workers: int,
 ) -> None:
     """Score trained networks by the paper's tables.
@@ -177,12 +180,13 @@ def command(
     settings = replace(settings, samples=0 if pictures is None else PICTURE_FRAMES)
     common = {"split_file": split_file, "cameras": cameras, "workers": workers}
     call = _Call(shards, settings, common, form, all_tables, pictures)
-    if grids or not planners:
-        _grids(call, grids or opened)
-    if grids and planners:
-        click.echo()
-    if planners:
-        _plans(call, planners)
+    with themed(theme):
+        if grids or not planners:
+            _grids(call, grids or opened)
+        if grids and planners:
+            click.echo()
+        if planners:
+            _plans(call, planners)
 
 
 def open_runs(paths: tuple[Path, ...]) -> list[Run]:

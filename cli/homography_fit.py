@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from ogmkit.drawing.palette import ThemeName
 from ogmkit.homography.settings import FitSettings
 from ogmkit.homography.sources import METHOD_NAMES
 
@@ -16,6 +17,7 @@ from .options import (
     json_option,
     list_option,
     shards_argument,
+    theme_option,
     workers_option,
 )
 from .paths import FILE
@@ -50,8 +52,9 @@ from .text import json_text
     "--plot",
     type=FILE,
     metavar="FILE",
-    help="PNG file for a plot of the errors by method and distance.",
+    help="PNG, SVG or PDF file for a plot of the errors by method and distance.",
 )
+@theme_option
 @json_option
 def command(
     shards: Path,
@@ -61,6 +64,7 @@ def command(
     workers: int,
     overwrite: bool,
     plot: Path | None,
+    theme: ThemeName,
     as_json: bool,
 ) -> None:
     """Fit camera-to-BEV homographies to every frame.
@@ -91,7 +95,8 @@ def command(
         )
     click.echo(json_text(summary_values(summary)) if as_json else "\n".join(summary_lines(summary)))
     if plot is not None:
-        from ogmkit.pictures.homography_plot import draw
-        from ogmkit.pictures.png import write_png
+        from ogmkit.drawing.palette import themed
+        from ogmkit.pictures.homography_plot import write_plot
 
-        write_png(plot, draw(summary))
+        with themed(theme):
+            write_plot(plot, summary)

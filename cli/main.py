@@ -41,6 +41,7 @@ COMMANDS = {
     "export-cvt": "Write labels for cross_view_transformers' training code.",
     "preview": "Draw contact sheets of extracted frames.",
     "cache": "Show or clear the cache of decoded map masks.",
+    "doctor": "Show what this installation has, and what it lacks for what.",
 }
 """Commands in the order of work, with the first sentence of each one's help (a test compares them)."""
 

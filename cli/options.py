@@ -6,6 +6,8 @@ from typing import Any, TypeVar
 
 import click
 
+from ogmkit.drawing.palette import THEMES
+
 from .paths import EXISTING, EXISTING_FOLDER, FOLDER
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -115,6 +117,14 @@ shards_split_file_option = click.option(
     type=EXISTING,
     help="JSON file: split name → list of scene names; or a folder of published lists, train.txt and so on, "
     "a scene a line.  [default: the splits that the shards were made with]",
+)
+
+theme_option = click.option(
+    "--theme",
+    type=click.Choice(list(THEMES)),
+    default=next(iter(THEMES)),
+    show_default=True,
+    help="Colours of pictures: dark for screens, light for paper.",
 )
 
 workers_option = click.option(

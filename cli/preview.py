@@ -7,7 +7,7 @@ import click
 from ogmkit.pictures.settings import PreviewSettings
 
 from .command import Command
-from .options import cameras_option, scenes_option, shards_argument
+from .options import cameras_option, scenes_option, shards_argument, workers_option
 from .paths import EXISTING_FOLDER, FOLDER
 from .progress import progress
 from .record_options import record_options
@@ -17,7 +17,7 @@ from .record_options import record_options
     cls=Command,
     examples=(
         "ogmkit preview shards --out pictures",
-        "ogmkit preview shards --view footprints,stretch --scenes 'scene-00*'",
+        "ogmkit preview shards --view footprints,stretch --scenes 'scene-00*' --theme light --workers 4",
     ),
 )
 @shards_argument
@@ -35,6 +35,7 @@ from .record_options import record_options
     type=EXISTING_FOLDER,
     help="Dataset with the images, where the shards only refer to them (--images reference).",
 )
+@workers_option
 def command(
     shards: Path,
     pictures: Path | None,
@@ -42,6 +43,7 @@ def command(
     scenes: tuple[str, ...],
     cameras: tuple[str, ...],
     dataroot: Path | None,
+    workers: int,
 ) -> None:
     """Draw contact sheets of extracted frames.
 
@@ -52,11 +54,11 @@ def command(
                 field of view, past and future
     footprints  a set of `ogmkit render-footprints` over the images; the plane; the
                 set warped to the plane again, and where the two agree
-    stretch     whole bodies and footprints, each warped to the plane: why
+    stretch     the plane; whole bodies and footprints, each warped to the plane: why
                 footprints (needs the set full-body, too)
     masks       image, masks in the camera's view, masks from above
-    layers      images with boxes; map layers and classes; instances with their way
-                to the next frame (needs extract --layers, --classes or --instances)
+    layers      images with boxes; map layers; classes; instances with their way to
+                the next frame (needs extract --layers, --classes or --instances)
     surround    one PNG a scene: all six images round the raster of the sample
                 (needs `ogmkit extract --definition paper,surround`)
 
@@ -72,6 +74,7 @@ def command(
             scenes=scenes,
             cameras=cameras,
             dataroot=dataroot,
+            workers=workers,
             on_progress=advance,
         )
     for path in written:

@@ -29,3 +29,15 @@ def _has_bfloat16() -> bool:
     # torch before 2.9 can't tell
     capabilities: dict[str, object] = getattr(torch.cpu, "get_capabilities", dict)()
     return any(capabilities.get(name, False) for name in ("avx512_bf16", "amx_bf16", "bf16"))
+
+
+def all_devices() -> tuple[str, ...]:
+    """Every device in words, the CPU with its threads and arithmetic, each GPU with its memory."""
+    gpus = (torch.cuda.get_device_properties(place) for place in range(torch.cuda.device_count()))
+    return (
+        f"cpu ({torch.get_num_threads()} threads, {arithmetic('auto')})",
+        *(
+            f"cuda ({gpu.name}, {gpu.total_memory / 2**30:.0f} GiB, CUDA {torch.version.cuda})"
+            for gpu in gpus
+        ),
+    )

@@ -2,19 +2,16 @@
 
 import numpy as np
 
+from ogmkit.drawing.canvas import Canvas, fit, resize
+from ogmkit.drawing.palette import Colour, theme
 from ogmkit.geometry.boxes import EDGES, box_corners
 from ogmkit.geometry.camera import project
 from ogmkit.geometry.polygons import clip_near_plane
-from ogmkit.pictures.canvas import GREEN, MUTED, ORANGE, PANEL, PURPLE, YELLOW, Canvas, Colour, fit, resize
 from ogmkit.pictures.views import View
 from ogmkit.typing import FloatArray, UInt8Array
 
-BOX_COLOURS: dict[str, Colour] = {"vehicle": ORANGE, "human": PURPLE, "movable_object": YELLOW}
-"""First part of a category's name → colour of its boxes; `OTHER_COLOUR` for the rest."""
-OTHER_COLOUR: Colour = MUTED
-DRIVABLE_TINT: tuple[Colour, float] = (GREEN, 0.35)
-VEHICLE_TINT: tuple[Colour, float] = (ORANGE, 0.75)
-"""Colour and opacity of masks over the image."""
+DRIVABLE_OPACITY, VEHICLE_OPACITY = 0.5, 0.75
+"""Of masks over the image; their outlines are solid."""
 
 _NEAR_M = 0.1
 _CLOSE_M = 25.0
@@ -30,9 +27,9 @@ def draw_photo(view: View, size: tuple[int, int]) -> Canvas:
         size: largest (height, width) in pixels; the image keeps its shape.
     """
     height, width = fit(view.image_size, size)
-    canvas = Canvas(height, width, PANEL)
+    canvas = Canvas(height, width, theme().empty)
     if view.image is None:
-        canvas.text("no image in the shard", width // 2, height // 5, 22, MUTED, "centre")
+        canvas.text("no image in the shard", width // 2, height // 5, 22, theme().muted, "centre")
     else:
         canvas.paste(resize(view.image, (height, width), photo=True), 0, 0)
     return canvas
@@ -54,9 +51,9 @@ def draw_masks(
         drivable: the same; None leaves it out.
     """
     canvas = draw_photo(view, size)
-    for mask, (colour, opacity) in ((drivable, DRIVABLE_TINT), (vehicles, VEHICLE_TINT)):
-        if mask is not None:
-            canvas.tint(resize(mask * np.uint8(255), canvas.shape) / 255, colour, opacity)
+    if drivable is not None:
+        canvas.overlay(drivable, theme().drivable, DRIVABLE_OPACITY)
+    canvas.overlay(vehicles, theme().vehicle, VEHICLE_OPACITY)
     return canvas
 
 
@@ -72,9 +69,16 @@ def draw_camera(view: View, size: tuple[int, int]) -> Canvas:
     corners = box_corners(view.camera_from_box, view.size_wlh)
     depths_m = view.camera_from_box[:, 2, 3]
     for box in np.argsort(-depths_m).tolist():
-        colour = BOX_COLOURS.get(view.category[box].partition(".")[0], OTHER_COLOUR)
+        colour = box_colour(view.category[box])
         _draw_box(canvas, corners[box], panel_intrinsics, colour, depths_m[box] < _CLOSE_M)
     return canvas
+
+
+def box_colour(category: str) -> Colour:
+    """Colour of the boxes of a category, by the first part of its name."""
+    colours = theme()
+    kinds = {"vehicle": colours.vehicle, "human": colours.second, "movable_object": colours.first}
+    return kinds.get(category.partition(".")[0], colours.muted)
 
 
 def _draw_box(
@@ -86,7 +90,8 @@ def _draw_box(
     for edge in EDGES:
         visible = clip_near_plane(corners_camera[list(edge)], _NEAR_M)
         if len(visible):
-            canvas.polyline(project(intrinsics, visible)[0], colour, 2 if close else 1)
+            draw = canvas.cased_polyline if close else canvas.polyline
+            draw(project(intrinsics, visible)[0], colour, 2 if close else 1)
 
 
 def _panel_intrinsics(view: View, height: int) -> FloatArray:

@@ -1,6 +1,5 @@
 """Predictions beside the truth, as in the paper's Fig. 4: one PNG for each run."""
 
-import math
 from collections.abc import Iterator
 from pathlib import Path
 from urllib.parse import quote
@@ -8,17 +7,17 @@ from urllib.parse import quote
 import numpy as np
 
 from ogmkit.base.atomic import output_errors, require_outside
+from ogmkit.drawing import legend
+from ogmkit.drawing.bev_panel import Plan, draw_plane, plan_for
+from ogmkit.drawing.cells import agreement_colours, target_colours
+from ogmkit.drawing.png import write_png
+from ogmkit.drawing.sheet import Caption, Heading, Panel, draw_sheet, draw_tile
 from ogmkit.errors import ShardError
 from ogmkit.evaluation.result import Evaluation, Sample
 from ogmkit.footprints.settings import FootprintSettings
 from ogmkit.metrics.iou import code_of, masks_of
-from ogmkit.pictures import legend
-from ogmkit.pictures.bev_panel import Plan, draw_plane, plan_for
-from ogmkit.pictures.camera_panel import draw_masks
-from ogmkit.pictures.cells import overlap, target_colours
-from ogmkit.pictures.png import write_png
-from ogmkit.pictures.sheet import Heading, Panel, draw_sheet, draw_tile
-from ogmkit.pictures.subjects import CAMERA_SIZE, PLANE_SIZE
+from ogmkit.pictures.camera_panel import draw_masks, draw_photo
+from ogmkit.pictures.subjects import PLANE_SIZE, photo_size, scores_text
 from ogmkit.pictures.views import View, read_view
 from ogmkit.pipeline.footprint_masks import renderer
 from ogmkit.shards.faults import REMEDY, damaged
@@ -27,7 +26,7 @@ from ogmkit.shards.manifest import Manifest, read_manifest
 from ogmkit.shards.reader import Shard
 from ogmkit.typing import UInt8Array
 
-_GROUPS = legend.IMAGE, legend.PLANE
+_GROUPS = legend.PLANE, legend.DRIVABLE, legend.VEHICLES
 
 
 def make_folder(pictures: Path, shards: Path) -> None:
@@ -70,7 +69,7 @@ def _note(evaluation: Evaluation) -> str:
     parts = [f"split {evaluation.split}", f"threshold {evaluation.threshold:g}"]
     if evaluation.homography is not None:
         parts.insert(1, f"homography {evaluation.homography}")
-    return " · ".join([*parts, "each prediction, with its IoU in the field of view, beside the truth"])
+    return " · ".join([*parts, "each prediction beside the truth, and where they differ"])
 
 
 def _draw_sample(shards: Path, manifest: Manifest, sample: Sample) -> UInt8Array:
@@ -86,13 +85,12 @@ def _draw_sample(shards: Path, manifest: Manifest, sample: Sample) -> UInt8Array
     except OSError as error:
         raise damaged(shards / entry.file, error) from error
     drivable, vehicles = masks_of(image)
-    photo = draw_masks(view, CAMERA_SIZE, drivable=drivable, vehicles=vehicles)
-    whose = "true footprints" if sample.image is None else "predicted"
-    panels = [
-        Panel(photo.pixels, f"{scene} · frame {index}", f"{camera} · {whose}"),
-        *_planes(view, plan, sample),
-    ]
-    return draw_tile(panels)
+    size, found = photo_size(plan), masks_of(sample.bev)
+    photo = draw_masks(view, size, drivable=drivable, vehicles=vehicles)
+    whose = "true footprints" if sample.image is None else "predicted masks"
+    photos = [Panel(draw_photo(view, size).pixels, "image"), Panel(photo.pixels, whose)]
+    caption = Caption(f"{scene} · frame {index}", camera, f"IoU in view: {scores_text(view, found)}")
+    return draw_tile([photos, *_planes(view, plan, found)], caption)
 
 
 def _true_masks(shard: Shard, camera: str, index: int) -> UInt8Array:
@@ -103,16 +101,19 @@ def _true_masks(shard: Shard, camera: str, index: int) -> UInt8Array:
     return code_of(made.drivable, made.vehicles)
 
 
-def _planes(view: View, plan: Plan, sample: Sample) -> Iterator[Panel]:
-    """Prediction and truth, side by side; vehicles on ground that says nothing."""
+def _planes(view: View, plan: Plan, found: tuple[UInt8Array, UInt8Array]) -> Iterator[Panel]:
+    """Prediction, truth, and where each target differs; vehicles are compared on ground that says nothing."""
     nothing = np.zeros_like(view.vehicles)
-    drivable, vehicles = masks_of(sample.bev)
-    pairs = (
-        ("drivable", view.drivable, (drivable, nothing), (view.drivable, nothing)),
-        ("vehicles", view.vehicles, (nothing, vehicles), (nothing, view.vehicles)),
-    )
-    for name, true, predicted, truth in pairs:
-        found = overlap(true, predicted[0] | predicted[1], view.field_of_view)
-        score = "" if math.isnan(found) else f"IoU {found:.2f}"
-        yield Panel(draw_plane(target_colours(*predicted, view.field_of_view), plan).pixels, name, score)
-        yield Panel(draw_plane(target_colours(*truth, view.field_of_view), plan).pixels, "truth")
+    drivable, vehicles = found
+    kinds = {
+        "predicted": target_colours(drivable, vehicles, view.field_of_view),
+        "truth": target_colours(view.drivable, view.vehicles, view.field_of_view),
+        "drivable, difference": agreement_colours(
+            (view.drivable, nothing), (drivable, nothing), view.field_of_view
+        ),
+        "vehicles, difference": agreement_colours(
+            (nothing, view.vehicles), (nothing, vehicles), view.field_of_view
+        ),
+    }
+    for title, colours in kinds.items():
+        yield Panel(draw_plane(colours, plan).pixels, title)

@@ -5,18 +5,17 @@ from pathlib import Path
 
 import numpy as np
 
+from ogmkit.drawing.canvas import framed, resize
+from ogmkit.drawing.cells import overlap
+from ogmkit.drawing.palette import theme
+from ogmkit.drawing.png import write_png
+from ogmkit.drawing.sheet import Heading, Panel, draw_sheet, draw_tile
 from ogmkit.evaluation.label_comparison import frame_masks
 from ogmkit.labels.compare import VEHICLES
 from ogmkit.labels.definition import Definition
 from ogmkit.nuscenes.dataset import Dataset
-from ogmkit.pictures.canvas import resize
-from ogmkit.pictures.cells import GROUND_COLOUR, ONLY_OTHER_COLOUR, ONLY_TRUE_COLOUR, VEHICLE_COLOUR, overlap
-from ogmkit.pictures.png import write_png
-from ogmkit.pictures.sheet import Heading, Panel, draw_sheet, draw_tile
 from ogmkit.typing import UInt8Array
 
-_COLOURS = np.array([GROUND_COLOUR, ONLY_TRUE_COLOUR, ONLY_OTHER_COLOUR, VEHICLE_COLOUR], dtype=np.uint8)
-"""By exact + 2 · label."""
 _MEANING = {"both": 3, "only exact": 1, "only label": 2}
 _PX_PER_CELL, _SWATCH = 3, 20
 
@@ -50,7 +49,7 @@ def draw_disagreement(
     for definition in definitions:
         label, exact = masks[definition.name, False], masks[definition.name, True]
         shown = VEHICLES if VEHICLES in exact else next(iter(exact))
-        colours = _COLOURS[exact[shown].astype(int) + 2 * label[shown].astype(int)]
+        colours = _colours()[exact[shown].astype(int) + 2 * label[shown].astype(int)]
         everywhere = np.ones(definition.grid.shape, np.uint8)
         iou = overlap(exact[shown].view(np.uint8), label[shown].view(np.uint8), everywhere)
         subtitle = f"{shown}, IoU {iou:.3f}"
@@ -68,9 +67,16 @@ def _upright(definition: Definition, colours: UInt8Array) -> UInt8Array:
     else:
         turned = colours[::-1, ::-1]
     rows, columns = turned.shape[:2]
-    return resize(np.ascontiguousarray(turned), (rows * _PX_PER_CELL, columns * _PX_PER_CELL))
+    size = rows * _PX_PER_CELL, columns * _PX_PER_CELL
+    return framed(resize(np.ascontiguousarray(turned), size))
 
 
 def _swatches() -> list[tuple[UInt8Array, str]]:
     shape = (_SWATCH, _SWATCH, 3)
-    return [(np.full(shape, _COLOURS[code], np.uint8), text) for text, code in _MEANING.items()]
+    return [(np.full(shape, _colours()[code], np.uint8), text) for text, code in _MEANING.items()]
+
+
+def _colours() -> UInt8Array:
+    """(4, 3) by exact + 2 · label; rims one cell wide must be told from what both have."""
+    colours = theme()
+    return np.array([colours.ground, colours.first, colours.second, colours.drivable], np.uint8)

@@ -7,33 +7,32 @@ from urllib.parse import quote
 
 import numpy as np
 
+from ogmkit.base.steps import STEP_S
+from ogmkit.drawing import bev_panel, legend
+from ogmkit.drawing.canvas import Canvas
+from ogmkit.drawing.cells import target_colours
+from ogmkit.drawing.palette import theme
+from ogmkit.drawing.plan_marks import draw_plan_marks, plan_group
+from ogmkit.drawing.png import write_png
+from ogmkit.drawing.sheet import Caption, Heading, Panel, draw_sheet, draw_tile
 from ogmkit.evaluation.planning.result import PlanEvaluation, PlanSample
 from ogmkit.grid import GridSpec
 from ogmkit.metrics.gaussian import ellipse
 from ogmkit.metrics.plan import Plan
-from ogmkit.pictures import bev_panel, legend
 from ogmkit.pictures.camera_panel import draw_photo
-from ogmkit.pictures.canvas import PURPLE, YELLOW, Canvas, Colour
-from ogmkit.pictures.cells import target_colours
-from ogmkit.pictures.png import write_png
-from ogmkit.pictures.sheet import Heading, Panel, draw_sheet, draw_tile
 from ogmkit.pictures.views import View, read_view
 from ogmkit.shards.faults import damaged
 from ogmkit.shards.listed import listed_shard
 from ogmkit.shards.manifest import Manifest, read_manifest
 from ogmkit.typing import FloatArray, UInt8Array
 
-PLAN_COLOUR: Colour = PURPLE
-DESTINATION_COLOUR: Colour = YELLOW
-SHARES = (0.9, 0.5)
-"""Of a distribution: what its ellipses hold, the larger one first."""
+SHARE = 0.9
+"""Of a distribution: what its ellipse holds."""
 
-_PHOTO_SIZE = 640, 960
-_PLANE_SIZE = 640, 480
+_PHOTO_SIZE = 480, 800
+_PLANE_SIZE = 800, 600
 _LEAST_AHEAD_M, _BEYOND_M, _BEHIND_M = 16.0, 4.0, 6.0
-_OPACITY = 0.3
-_SWATCH = 20
-_DIAMOND = np.array([[0.0, -9.0], [9.0, 0.0], [0.0, 9.0], [-9.0, 0.0]])
+_LINE, _COLUMNS = 36, (0.08, 0.42, 0.75, 1.0)
 
 
 def draw_plans(shards: Path, evaluation: PlanEvaluation, pictures: Path) -> tuple[Path, ...]:
@@ -54,13 +53,20 @@ def draw_plans(shards: Path, evaluation: PlanEvaluation, pictures: Path) -> tupl
     manifest, written = read_manifest(shards), []
     note = f"split {evaluation.split} · each plan beside its image, over cells and vehicles of that moment"
     for name in evaluation.systems:
-        tiles = [
-            _draw_sample(shards, manifest, sample) for sample in evaluation.samples if sample.system == name
-        ]
+        samples = [sample for sample in evaluation.samples if sample.system == name]
+        tiles = [_draw_sample(shards, manifest, sample) for sample in samples]
         path = pictures / f"{quote(name, safe=' +,=@')}-plans.png"  # a name may hold a part of a path
-        write_png(path, draw_sheet(Heading(name, "", note), tiles, 2, (legend.PLANE, legend.EGO, _PLAN)))
+        write_png(
+            path, draw_sheet(Heading(name, "", note), tiles, 2, _groups([sample.plan for sample in samples]))
+        )
         written.append(path)
     return tuple(written)
+
+
+def _groups(plans: Sequence[Plan]) -> tuple[legend.Group, ...]:
+    """The legend's: of what the plans have."""
+    told, ellipses = any(plan.told for plan in plans), any(np.isfinite(plan.sigma).any() for plan in plans)
+    return legend.PLANE, legend.EGO, plan_group(told=told, ellipses=ellipses)
 
 
 def _draw_sample(shards: Path, manifest: Manifest, sample: PlanSample) -> UInt8Array:
@@ -73,46 +79,74 @@ def _draw_sample(shards: Path, manifest: Manifest, sample: PlanSample) -> UInt8A
             view, grid = read_view(shard, camera, index, dataroot=dataroot), shard.grid
     except OSError as error:
         raise damaged(shards / entry.file, error) from error
-    errors = np.linalg.norm(view.future[: len(sample.plan.mean)] - sample.plan.mean, axis=1)
-    photo = draw_photo(view, _PHOTO_SIZE).pixels
-    plane = draw_plan(view, grid, sample.plan).pixels
-    off = f"ADE {errors.mean():.2f} m, at the end {errors[-1]:.2f} m"
-    return draw_tile([Panel(photo, f"{scene} · frame {index}", camera), Panel(plane, "", "")], off)
+    step_s = manifest.settings.targets.step_s
+    photo, plane = draw_photo(view, _PHOTO_SIZE), draw_plan(view, grid, sample.plan, step_s)
+    steps = _draw_steps(view, sample.plan, step_s, photo.shape[1])
+    photos = [Panel(photo.pixels, "image"), Panel(steps, "plan, step by step")]
+    height_m = (plane.shape[0] - bev_panel.FOOTER) / _area(view, grid, sample.plan)[1].px_per_m
+    scale = f"{height_m:.0f} m high; scales differ"
+    return draw_tile(
+        [photos, Panel(plane.pixels, "from above", scale)], Caption(f"{scene} · frame {index}", camera)
+    )
 
 
-def draw_plan(view: View, grid: GridSpec, plan: Plan) -> Canvas:
+def draw_plan(view: View, grid: GridSpec, plan: Plan, step_s: float = STEP_S) -> Canvas:
     """Draw past, future, destination (where it is told) and plan on the part of the plane they take up.
 
     Args:
         view: of the sequence's last image.
         grid: of its rasters.
         plan: its plan, with distributions or without.
+        step_s: time between its points.
     """
-    view, plane = _cropped(view, grid, _reach_m(np.concatenate([view.future, plan.mean])))
-    colours = target_colours(view.drivable, view.vehicles, view.field_of_view)
-    canvas = bev_panel.draw_plane(colours, plane)
-    _draw_ellipses(canvas, [plane.pixels(outline) for outline in _ellipses(plan)])
-    bev_panel.draw_paths(canvas, view, plane)
-    canvas.polyline(plane.pixels(np.concatenate([np.zeros((1, 2)), plan.mean])), PLAN_COLOUR, 1)
-    canvas.dots(plane.pixels(plan.mean), PLAN_COLOUR, bev_panel.DOT_RADIUS)
-    if plan.told:
-        canvas.polygon(plane.pixels(view.future[-1:]) + _DIAMOND, DESTINATION_COLOUR)
+    shown, plane = _area(view, grid, plan)
+    canvas = bev_panel.draw_plane(target_colours(shown.drivable, shown.vehicles, shown.field_of_view), plane)
+    bev_panel.draw_paths(canvas, view.past, view.future, plane)
+    labels, outlines = _times(len(plan.mean), step_s), [*_ellipses(plan)]
+    draw_plan_marks(canvas, plane, plan.mean, view.future, labels=labels, outlines=outlines)
     return canvas
 
 
+def _area(view: View, grid: GridSpec, plan: Plan) -> tuple[View, bev_panel.Plan]:
+    """The frame on the part of the plane that its paths take up."""
+    return _cropped(view, grid, _reach_m(np.concatenate([view.future, plan.mean])))
+
+
+def _draw_steps(view: View, plan: Plan, step_s: float, width: int) -> UInt8Array:
+    """A table: each point's time, where it is planned and where the ego was, and how far these are apart."""
+    truth = view.future[: len(plan.mean)]
+    errors_m = np.linalg.norm(truth - plan.mean, axis=1)
+    header = ("time", "planned: ahead, left", "true: ahead, left", "apart")
+    rows = [
+        (time, _metres(planned), _metres(true), f"{error:.2f} m")
+        for time, planned, true, error in zip(
+            _times(len(truth), step_s), plan.mean, truth, errors_m.tolist(), strict=True
+        )
+    ]
+    rows.append(("mean", "", "", f"{errors_m.mean():.2f} m"))
+    canvas = Canvas(_LINE * (len(rows) + 1), width)
+    for line, row in enumerate((header, *rows)):
+        for share, text in zip(_COLUMNS, row, strict=True):
+            colour = theme().text if line else theme().muted
+            canvas.text(text, round(share * width), _LINE * line + 24, legend.TEXT_SIZE, colour, "right")
+    return canvas.pixels
+
+
+def _times(points: int, step_s: float) -> list[str]:
+    """Of a plan's points."""
+    return [f"{step * step_s:g} s" for step in range(1, points + 1)]
+
+
+def _metres(point: FloatArray) -> str:
+    ahead, left = (f"{metres:z.2f}" for metres in point.tolist())
+    return f"{ahead}, {left} m"
+
+
 def _ellipses(plan: Plan) -> Iterator[FloatArray]:
-    """(K, 2) outlines in metres, large ones first; none of points without distribution."""
-    for share in SHARES:
-        for mean, sigma, rho in zip(plan.mean, plan.sigma, plan.rho.tolist(), strict=True):
-            if np.isfinite(sigma).all():
-                yield ellipse(mean, sigma, rho, share)
-
-
-def _draw_ellipses(canvas: Canvas, outlines: Sequence[FloatArray]) -> None:
-    """Draw (K, 2) outlines, thin and filled lightly."""
-    for outline in outlines:
-        canvas.polygon(outline, PLAN_COLOUR, _OPACITY)
-        canvas.polyline(np.concatenate([outline, outline[:1]]), PLAN_COLOUR, 1)
+    """(K, 2) outlines in metres; none of points without distribution."""
+    for mean, sigma, rho in zip(plan.mean, plan.sigma, plan.rho.tolist(), strict=True):
+        if np.isfinite(sigma).all():
+            yield ellipse(mean, sigma, rho, SHARE)
 
 
 def _reach_m(points: FloatArray) -> float:
@@ -137,23 +171,6 @@ def _cropped(view: View, grid: GridSpec, reach_m: float) -> tuple[View, bev_pane
     own = GridSpec(grid.m_per_cell, rows, columns, grid.ego_row - top, grid.ego_column - left)
     behind_m = max(own.x_range_m[0] + _BEHIND_M, 0.0)
     height_m, width_m = own.rows * own.m_per_cell + behind_m, own.columns * own.m_per_cell
-    plane = bev_panel.Plan(own, min(height / height_m, width / width_m), behind_m)
+    px_per_m = min((height - bev_panel.FOOTER) / height_m, width / width_m)
+    plane = bev_panel.Plan(own, px_per_m, behind_m)
     return dataclasses.replace(view, **parts), plane
-
-
-def _plan_entries() -> Iterator[legend.Entry]:
-    middle = np.full((1, 2), (_SWATCH - 1) / 2)
-    swatch = Canvas(_SWATCH, _SWATCH)
-    swatch.polygon(_DIAMOND + middle, DESTINATION_COLOUR)
-    yield swatch.pixels, "destination"
-    swatch = Canvas(_SWATCH, _SWATCH)
-    swatch.polyline(np.array([[0, middle[0, 1]], [_SWATCH - 1, middle[0, 1]]]), PLAN_COLOUR, 1)
-    swatch.dots(middle, PLAN_COLOUR, bev_panel.DOT_RADIUS)
-    yield swatch.pixels, "planned"
-    swatch = Canvas(_SWATCH, _SWATCH)
-    sigma = np.full((1, 2), 0.21 * _SWATCH)  # 90 % lie within 2.15 of them
-    _draw_ellipses(swatch, [*_ellipses(Plan(middle, sigma, np.zeros(1)))])
-    yield swatch.pixels, "50 % and 90 % of its distribution"
-
-
-_PLAN: legend.Group = ("Plan", _plan_entries)

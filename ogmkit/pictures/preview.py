@@ -1,24 +1,30 @@
 """Contact sheets of extracted frames, as PNG files: one for each scene, subject, and camera, or for all."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from ogmkit.base.atomic import output_errors, require_outside
 from ogmkit.base.names import matching, with_number
+from ogmkit.drawing.bev_panel import plan_for
+from ogmkit.drawing.legend import Group
+from ogmkit.drawing.palette import themed
+from ogmkit.drawing.png import write_png
+from ogmkit.drawing.sheet import Heading, draw_sheet
 from ogmkit.errors import SettingsError, ShardError
 from ogmkit.pictures import surround
-from ogmkit.pictures.bev_panel import plan_for
+from ogmkit.pictures.further_panel import further_groups
 from ogmkit.pictures.masks import MaskSet, open_sets
-from ogmkit.pictures.png import write_png
 from ogmkit.pictures.settings import PreviewSettings, View
-from ogmkit.pictures.sheet import Heading, draw_sheet
-from ogmkit.pictures.subjects import PLANE_SIZE, SUBJECTS
+from ogmkit.pictures.subjects import PLANE_SIZE, SUBJECTS, Subject
 from ogmkit.pictures.views import evenly, read_view
 from ogmkit.pipeline.amendment import chosen_cameras
+from ogmkit.pipeline.execution import Execution, run_over
 from ogmkit.shards.faults import REMEDY, damaged
 from ogmkit.shards.listed import listed_shard
 from ogmkit.shards.manifest import Manifest, ShardEntry, read_manifest
 from ogmkit.shards.reader import Shard
+from ogmkit.shards.schema_further import further_rasters
 from ogmkit.shards.schema_labels import SURROUND
 from ogmkit.typing import UInt8Array
 
@@ -33,6 +39,7 @@ def preview(
     scenes: Sequence[str] = (),
     cameras: Sequence[str] = (),
     dataroot: Path | None = None,
+    workers: int = 0,
     on_progress: Callable[[int, int], None] | None = None,
 ) -> tuple[Path, ...]:
     """Draw contact sheets of shards.
@@ -45,6 +52,7 @@ def preview(
         scenes: names, or patterns such as `scene-00*`; empty = all.
         cameras: channels; empty = all.
         dataroot: where to find images that the shards only refer to; None draws an empty panel instead.
+        workers: number of worker processes, as of `ogmkit.pipeline.execution.Execution`.
         on_progress: called with (done, total) sheets.
 
     Returns:
@@ -63,20 +71,59 @@ def preview(
     chosen = _chosen(read_manifest(out), out, scenes, cameras)
     with output_errors(target):
         target.mkdir(parents=True, exist_ok=True)
-    subjects = [view for view in dict.fromkeys(settings.views) if view in SUBJECTS]
-    sheets: list[tuple[ShardEntry, str, View]] = [(*one, view) for one in chosen for view in subjects]
-    if surround.VIEW in settings.views:
-        entries = {entry.file: entry for entry, _ in chosen}
-        sheets += [(entry, SURROUND, surround.VIEW) for entry in entries.values()]
-    written = []
-    for entry, camera, view in sheets:
-        path = target / f"{Path(entry.file).stem}_{camera}{_ending(view, settings.masks)}.png"
-        with listed_shard(out, entry) as shard:
-            write_png(path, _draw(shard, camera, view, settings, dataroot))
-        written.append(path)
+    sheets = _sheets(out, target, chosen, settings, dataroot)
+    for done, _ in enumerate(run_over(_write, sheets, Execution(workers)), start=1):
         if on_progress is not None:
-            on_progress(len(written), len(sheets))
-    return tuple(written)
+            on_progress(done, len(sheets))
+    return tuple(sheet.path for sheet in sheets)
+
+
+@dataclass(frozen=True)
+class _Sheet:
+    """A sheet to draw: the file that it becomes, shards with entry and camera, and what to show of them."""
+
+    path: Path
+    place: tuple[Path, ShardEntry, str]
+    view: View
+    settings: PreviewSettings
+    dataroot: Path | None
+
+
+def _sheets(
+    out: Path,
+    target: Path,
+    chosen: Sequence[tuple[ShardEntry, str]],
+    settings: PreviewSettings,
+    dataroot: Path | None,
+) -> list[_Sheet]:
+    """Of each camera and view; then, where that is asked for, of all of a scene's cameras."""
+    views = tuple(dict.fromkeys(settings.views))
+    named: list[tuple[ShardEntry, str, View]] = [
+        (entry, camera, view) for entry, camera in chosen for view in views if view in SUBJECTS
+    ]
+    if surround.VIEW in views:
+        entries = {entry.file: entry for entry, _ in chosen}
+        named += [(entry, SURROUND, surround.VIEW) for entry in entries.values()]
+    return [
+        _Sheet(
+            target / f"{Path(entry.file).stem}_{camera}{_ending(view, settings.masks)}.png",
+            (out, entry, camera),
+            view,
+            settings,
+            dataroot,
+        )
+        for entry, camera, view in named
+    ]
+
+
+def _write(sheet: _Sheet) -> None:
+    out, entry, camera = sheet.place
+    with listed_shard(out, entry) as shard:
+        if sheet.view == surround.VIEW:
+            pixels = surround.draw_surround(shard, sheet.settings, sheet.dataroot)
+        else:
+            pixels = draw_shard(shard, camera, sheet.view, sheet.settings, sheet.dataroot)
+    write_png(sheet.path, pixels)
 
 
 def draw_shard(
@@ -106,19 +153,17 @@ def draw_shard(
         views = (
             read_view(shard, camera, index, dataroot=dataroot, further=kind.further) for index in indices
         )
-        tiles = [kind.tile(view, plan, sets) for view in views]
+        with themed(settings.theme):
+            tiles = [kind.tile(view, plan, sets) for view in views]
+            heading = Heading(shard.scene, camera, _note(shard, camera, sets))
+            return draw_sheet(heading, tiles, kind.columns, _groups(kind, shard))
     except OSError as error:
         raise damaged(shard.path, error) from error
-    heading = Heading(shard.scene, camera, _note(shard, camera, sets))
-    return draw_sheet(heading, tiles, kind.columns, kind.groups)
 
 
-def _draw(
-    shard: Shard, camera: str, view: View, settings: PreviewSettings, dataroot: Path | None
-) -> UInt8Array:
-    if view == surround.VIEW:
-        return surround.draw_surround(shard, settings.frames, dataroot)
-    return draw_shard(shard, camera, view, settings, dataroot)
+def _groups(kind: Subject, shard: Shard) -> tuple[Group, ...]:
+    """The legend's: of what the shard has, where that is what is shown."""
+    return kind.groups + (further_groups(further_rasters(shard.settings.targets)) if kind.further else ())
 
 
 def _note(shard: Shard, camera: str, sets: Sequence[MaskSet]) -> str:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from ogmkit.base.stated import require_stated, setting
+from ogmkit.drawing.palette import ThemeName
 from ogmkit.homography.sources import SURFACE
 
 View = Literal["targets", "footprints", "stretch", "masks", "layers", "surround"]
@@ -15,7 +16,7 @@ class PreviewSettings:
     """What contact sheets show; a sheet for each scene, camera and view.
 
     Raises:
-        SettingsError: a view is unknown, or the number of frames out of range.
+        SettingsError: a view or theme is unknown, or the number of frames out of range.
     """
 
     views: tuple[View, ...] = setting(
@@ -27,6 +28,7 @@ class PreviewSettings:
     frames: int = setting(  # 60 are about 300 MB of pixels
         6, "Number of frames on a sheet, evenly spread over the scene.", low=1, high=60
     )
+    theme: ThemeName = setting("dark", "Colours: dark for screens, light for paper.")
 
     def __post_init__(self) -> None:
         require_stated(self)

@@ -7,22 +7,29 @@ from types import MappingProxyType
 
 import numpy as np
 
+from ogmkit.drawing import legend
+from ogmkit.drawing.bev_panel import Plan, draw_paths, draw_plane
+from ogmkit.drawing.canvas import Canvas, framed, resize
+from ogmkit.drawing.cells import agreement_colours, overlap, target_colours
+from ogmkit.drawing.palette import theme
+from ogmkit.drawing.sheet import GAP, Caption, Column, Panel, draw_tile
 from ogmkit.footprints.sets import FULL_BODY
-from ogmkit.pictures import legend
-from ogmkit.pictures.bev_panel import Plan, draw_paths, draw_plane
 from ogmkit.pictures.camera_panel import draw_camera, draw_masks, draw_photo
-from ogmkit.pictures.canvas import MUTED, PAGE, PANEL, Canvas, resize
-from ogmkit.pictures.cells import agreement_colours, overlap, target_colours
-from ogmkit.pictures.further_panel import draw_instances, draw_map
+from ogmkit.pictures.further_panel import further_panels
 from ogmkit.pictures.masks import Masks, MaskSet
-from ogmkit.pictures.sheet import GAP, Panel, draw_tile
 from ogmkit.pictures.views import View
 from ogmkit.typing import UInt8Array
 
-CAMERA_SIZE = PLANE_SIZE = 450, 800
-"""Largest (height, width) of a camera's picture and of a plane."""
-SMALL_SIZE = (450 - GAP) // 2, 800
-"""The same of two pictures below each other."""
+PLANE_SIZE = 720, 640
+"""Largest (height, width) of a plane."""
+
+_PHOTO_SIZE = 360, 640
+"""Largest (height, width) of a camera's picture."""
+
+
+def photo_size(plan: Plan) -> tuple[int, int]:
+    """Largest (height, width) of a camera's picture beside a plane, which gets a third of the width."""
+    return _PHOTO_SIZE[0], min(_PHOTO_SIZE[1], 2 * plan.size[1] - GAP)
 
 
 @dataclass(frozen=True)
@@ -53,76 +60,75 @@ class Subject:
 
 
 def _draw_targets(view: View, plan: Plan, sets: Sequence[MaskSet]) -> UInt8Array:
-    """Image with boxes; rasters with past and future."""
+    """Image, bare and with boxes; rasters with past and future."""
     del sets
     plane = _true_plane(view, plan)
-    draw_paths(plane, view, plan)
-    panels = [Panel(draw_camera(view, CAMERA_SIZE).pixels, *_when(view)), Panel(plane.pixels)]
-    return draw_tile(panels, "trajectory incomplete" if np.isnan([view.past, view.future]).any() else "")
+    draw_paths(plane, view.past, view.future, plan)
+    incomplete = np.isnan([view.past, view.future]).any()
+    return draw_tile(
+        [_photos(view, plan), Panel(plane.pixels, "from above")],
+        Caption(*_when(view), "trajectory incomplete" if incomplete else ""),
+    )
 
 
 def _draw_footprints(view: View, plan: Plan, sets: Sequence[MaskSet]) -> UInt8Array:
-    """Masks over the image; rasters; the masks from above against the rasters."""
-    masks = sets[0].read(view.index)
+    """Image, bare and with masks; rasters; the masks from above against the rasters."""
+    masks, size = sets[0].read(view.index), photo_size(plan)
     rewarped = masks.rewarped(plan.grid.shape)
-    photo = draw_masks(view, CAMERA_SIZE, drivable=masks.drivable, vehicles=masks.vehicles)
-    planes = _true_plane(view, plan), _agreement(view, plan, rewarped)
-    panels = [Panel(photo.pixels, *_when(view)), *(Panel(plane.pixels) for plane in planes)]
-    if rewarped is None:
-        return draw_tile(panels, masks.reason, alarm=True)
-    drivable, vehicles = _iou(view, view.drivable, rewarped[0]), _iou(view, view.vehicles, rewarped[1])
-    return draw_tile(panels, f"IoU in view: drivable {drivable}, vehicles {vehicles}")
+    photo = draw_masks(view, size, drivable=masks.drivable, vehicles=masks.vehicles)
+    columns: list[Column] = [
+        [Panel(draw_photo(view, size).pixels, "image"), Panel(photo.pixels, "masks")],
+        Panel(_true_plane(view, plan).pixels, "truth"),
+        Panel(_agreement(view, plan, rewarped).pixels, "masks and truth"),
+    ]
+    note = masks.reason if rewarped is None else f"IoU in view: {scores_text(view, rewarped)}"
+    return draw_tile(columns, Caption(*_when(view), note, alarm=rewarped is None))
 
 
 def _draw_masks(view: View, plan: Plan, sets: Sequence[MaskSet]) -> UInt8Array:
     """The paper's Fig. 2: image; masks in the camera's view; masks on the plane."""
     masks = sets[0].read(view.index)
-    photo = draw_photo(view, CAMERA_SIZE)
+    photo = draw_photo(view, photo_size(plan))
     colours = target_colours(masks.drivable, masks.vehicles, np.ones_like(masks.drivable))
-    panels = [
-        Panel(photo.pixels, *_when(view)),
-        Panel(resize(colours, photo.shape), "in the camera's view"),
-        Panel(_true_plane(view, plan).pixels, "" if masks.reason else "from above"),
+    columns: list[Column] = [
+        [Panel(photo.pixels, "image"), Panel(framed(resize(colours, photo.shape)), "masks")],
+        Panel(_true_plane(view, plan).pixels, "from above"),
     ]
-    return draw_tile(panels, masks.reason, alarm=True)
+    return draw_tile(columns, Caption(*_when(view), masks.reason, alarm=True))
 
 
 def _draw_stretch(view: View, plan: Plan, sets: Sequence[MaskSet]) -> UInt8Array:
-    """The paper's Fig. 1: whole bodies and footprints, each in the image and from above."""
-    bodies, footprints = (one.read(view.index) for one in sets)
-    photos = [draw_masks(view, SMALL_SIZE, vehicles=masks.vehicles).pixels for masks in (bodies, footprints)]
-    reason = bodies.reason or footprints.reason
-    titles = ("", "") if reason else ("bodies", "footprints")  # a reason needs the room
-    above = (_stretched(view, plan, *one) for one in zip((bodies, footprints), titles, strict=True))
-    return draw_tile([Panel(_stacked(photos), *_when(view)), *above], reason, alarm=True)
+    """The paper's Fig. 1: whole bodies and footprints, each in the image and from above, and the truth."""
+    both = {name: one.read(view.index) for name, one in zip(("bodies", "footprints"), sets, strict=True)}
+    photos = [
+        Panel(draw_masks(view, photo_size(plan), vehicles=masks.vehicles).pixels, name)
+        for name, masks in both.items()
+    ]
+    above = [_stretched(view, plan, masks, name) for name, masks in both.items()]
+    reason = next((masks.reason for masks in both.values() if masks.reason), "")
+    truth = Panel(_true_plane(view, plan).pixels, "truth")
+    return draw_tile([photos, truth, *above], Caption(*_when(view), reason, alarm=True))
 
 
 def _draw_layers(view: View, plan: Plan, sets: Sequence[MaskSet]) -> UInt8Array:
-    """Image with boxes; map layers and classes; instances and what follows, where there are any."""
+    """Image, bare and with boxes; planes of what lies beside the paper's targets."""
     del sets
-    panels = [Panel(draw_camera(view, CAMERA_SIZE).pixels, *_when(view)), Panel(draw_map(view, plan).pixels)]
-    if {"instances/id", "future/vehicles"} & view.further.keys():
-        panels.append(Panel(draw_instances(view, plan).pixels))
-    return draw_tile(panels)
+    return draw_tile([_photos(view, plan), *further_panels(view, plan)], Caption(*_when(view)))
 
 
-def _stacked(pictures: Sequence[UInt8Array]) -> UInt8Array:
-    """Pictures of one size below each other, with a gap."""
-    height, width = pictures[0].shape[:2]
-    step = height + GAP
-    canvas = Canvas(step * len(pictures) - GAP, width)
-    for place, picture in enumerate(pictures):
-        canvas.paste(picture, 0, place * step)
-    return canvas.pixels
+def _photos(view: View, plan: Plan) -> list[Panel]:
+    """The image, bare and with boxes."""
+    size = photo_size(plan)
+    return [Panel(draw_photo(view, size).pixels, "image"), Panel(draw_camera(view, size).pixels, "boxes")]
 
 
 def _stretched(view: View, plan: Plan, masks: Masks, title: str) -> Panel:
     """A set's vehicles from above against the raster, on the raster's drivable area."""
     rewarped = masks.rewarped(plan.grid.shape)
     if rewarped is None:
-        return Panel(_agreement(view, plan, None).pixels)
+        return Panel(_agreement(view, plan, None).pixels, title)
     plane = _agreement(view, plan, (view.drivable, rewarped[1]))
-    return Panel(plane.pixels, title, f"IoU {_iou(view, view.vehicles, rewarped[1])}")
+    return Panel(plane.pixels, title, f"IoU {iou_text(view, view.vehicles, rewarped[1])}")
 
 
 def _true_plane(view: View, plan: Plan) -> Canvas:
@@ -134,14 +140,24 @@ def _agreement(view: View, plan: Plan, rewarped: tuple[UInt8Array, UInt8Array] |
     if rewarped is not None:
         true = view.drivable, view.vehicles
         return draw_plane(agreement_colours(true, rewarped, view.field_of_view), plan)
-    canvas = Canvas(*plan.size, PAGE)
+    canvas = Canvas(*plan.size)
     height, width = plan.grid_size
-    canvas.fill(0, 0, width, height, PANEL)
-    canvas.text("nothing to compare", width // 2, height // 2, 20, MUTED, "centre")
+    canvas.fill(0, 0, width, height, theme().empty)
+    canvas.text("nothing to compare", width // 2, height // 2, 20, theme().muted, "centre")
     return canvas
 
 
-def _iou(view: View, true: UInt8Array, other: UInt8Array) -> str:
+def scores_text(view: View, found: tuple[UInt8Array, UInt8Array]) -> str:
+    """IoU of drivable area and of vehicles in view."""
+    drivable, vehicles = found
+    return (
+        f"drivable {iou_text(view, view.drivable, drivable)}, "
+        f"vehicles {iou_text(view, view.vehicles, vehicles)}"
+    )
+
+
+def iou_text(view: View, true: UInt8Array, other: UInt8Array) -> str:
+    """IoU where the camera sees, in figures; `none` where there is nothing."""
     share = overlap(true, other, view.field_of_view)
     return "none" if math.isnan(share) else f"{share:.2f}"
 
@@ -156,9 +172,9 @@ SUBJECTS: Mapping[str, Subject] = MappingProxyType(
         "footprints": Subject(
             _draw_footprints, (legend.IMAGE, legend.PLANE, legend.VEHICLES, legend.DRIVABLE)
         ),
-        "stretch": Subject(_draw_stretch, (legend.GROUND, legend.VEHICLES), bodies=True),
-        "masks": Subject(_draw_masks, (legend.PLANE,), columns=1),
-        "layers": Subject(_draw_layers, (legend.LAYERS, legend.BOXES), masks=False, further=True),
+        "stretch": Subject(_draw_stretch, (legend.PLANE, legend.VEHICLES), bodies=True),
+        "masks": Subject(_draw_masks, (legend.PLANE,)),
+        "layers": Subject(_draw_layers, (legend.BOXES,), masks=False, further=True),
     }
 )
 """By the names that the command line uses; the default first."""

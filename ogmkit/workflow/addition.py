@@ -7,8 +7,7 @@ from typing import Any
 from ogmkit.base.atomic import output_errors
 from ogmkit.footprints.settings import FootprintSettings
 from ogmkit.homography.sources import NETWORK, sources_of
-from ogmkit.pictures.homography_plot import draw
-from ogmkit.pictures.png import write_png
+from ogmkit.pictures.homography_plot import write_plot
 from ogmkit.pipeline.homography_fit import fit_shards
 from ogmkit.pipeline.render_footprints import render_footprints
 from ogmkit.shards import schema
@@ -74,7 +73,7 @@ class FitHomographies:
         path = config.out / _PLOT
         with output_errors(path):
             path.parent.mkdir(parents=True, exist_ok=True)
-        write_png(path, draw(summary))
+        write_plot(path, summary)
         groups = groups_of(schema.HOMOGRAPHY, config.methods)
         return Made((_PLOT,), groups, f"{summary.shards} shards")
 

@@ -5,16 +5,14 @@ import dataclasses
 import numpy as np
 import pytest
 
+from ogmkit.drawing.palette import theme
 from ogmkit.geometry.se3 import pose_matrix
 from ogmkit.pictures.camera_panel import (
-    BOX_COLOURS,
-    DRIVABLE_TINT,
-    OTHER_COLOUR,
-    VEHICLE_TINT,
+    DRIVABLE_OPACITY,
+    VEHICLE_OPACITY,
     draw_camera,
     draw_masks,
 )
-from ogmkit.pictures.canvas import PANEL
 from ogmkit.pictures.views import read_view
 from ogmkit.shards.reader import Shard
 
@@ -56,7 +54,7 @@ def test_edges_lie_on_densely_projected_ones_also_where_the_box_reaches_behind_t
     camera = camera[camera[:, 2] >= 0.1]
     pixels = camera[:, :2] / camera[:, 2:] * 600 + (479.5, 269.5)
     expected = np.unique(np.rint(pixels[((pixels > 4) & (pixels < (955, 535))).all(axis=1)]), axis=0)
-    full = (canvas.pixels == BOX_COLOURS["vehicle"]).all(axis=2)
+    full = (canvas.pixels == theme().vehicle).all(axis=2)
     coloured = np.argwhere(full)[:, ::-1].astype(float)
 
     assert len(expected) > 100
@@ -72,12 +70,12 @@ def test_the_front_face_alone_is_filled(view):
     centre = 270, 480
 
     near_face = draw_camera(dataclasses.replace(oncoming, camera_from_box=turned), SIZE)
-    assert near_face.pixels[centre].tolist() != list(PANEL)
+    assert near_face.pixels[centre].tolist() != list(theme().empty)
     # 10 m is the near face, 14 m the far one: only the near one reaches ±60 px, and only there is it filled.
-    assert near_face.pixels[270, 480 + 50].tolist() != list(PANEL)
+    assert near_face.pixels[270, 480 + 50].tolist() != list(theme().empty)
     far_face = draw_camera(oncoming, SIZE)
-    assert far_face.pixels[centre].tolist() != list(PANEL)
-    assert far_face.pixels[270, 480 + 50].tolist() == list(PANEL)
+    assert far_face.pixels[centre].tolist() != list(theme().empty)
+    assert far_face.pixels[270, 480 + 50].tolist() == list(theme().empty)
 
 
 def test_boxes_wholly_behind_the_camera_leave_no_trace(view):
@@ -91,13 +89,13 @@ def test_boxes_wholly_behind_the_camera_leave_no_trace(view):
 
 @pytest.mark.parametrize(
     ("category", "colour"),
-    [("human.pedestrian.adult", BOX_COLOURS["human"]), ("static_object.bicycle_rack", OTHER_COLOUR)],
+    [("human.pedestrian.adult", theme().second), ("static_object.bicycle_rack", theme().muted)],
 )
 def test_a_category_has_its_colour(view, category, colour):
     canvas = draw_camera(with_boxes(view, (0.0, 1.0, 8.0), category=category), SIZE)
 
     assert (canvas.pixels == colour).all(axis=2).any()
-    assert not (canvas.pixels == BOX_COLOURS["vehicle"]).all(axis=2).any()
+    assert not (canvas.pixels == theme().vehicle).all(axis=2).any()
 
 
 def test_the_image_is_scaled_to_the_panel_and_boxes_with_it(make_shards):
@@ -112,7 +110,7 @@ def test_the_image_is_scaled_to_the_panel_and_boxes_with_it(make_shards):
     left, right = (6 * (79.5 - 100 * y / 8.25) + 2.5 for y in (3.95, 2.05))
     top, bottom = (6 * (44.5 + 100 * y / 8.25) + 2.5 for y in (-0.1, 1.5))
     for column, row in ((left, (top + bottom) / 2), (right, bottom - 20), ((left + right) / 2, bottom)):
-        assert canvas.pixels[round(row), round(column)].tolist() == list(BOX_COLOURS["vehicle"])
+        assert canvas.pixels[round(row), round(column)].tolist() == list(theme().vehicle)
 
 
 def test_masks_lie_over_the_image_vehicles_on_top_and_scaled_to_it(view):
@@ -122,16 +120,27 @@ def test_masks_lie_over_the_image_vehicles_on_top_and_scaled_to_it(view):
     alone = draw_masks(view, SIZE, vehicles=vehicles).pixels
 
     def mixed(*tints):
-        colour = np.array(PANEL, float)
+        colour = np.array(theme().empty, float)
         for over, opacity in tints:
             colour = np.rint(colour + opacity * (np.array(over) - colour))
         return colour.tolist()
 
+    road, vehicle = (theme().drivable, DRIVABLE_OPACITY), (theme().vehicle, VEHICLE_OPACITY)
     row, columns = 400, (100, 300, 600, 900)
-    expected = [mixed(DRIVABLE_TINT), mixed(DRIVABLE_TINT, VEHICLE_TINT), mixed(VEHICLE_TINT), mixed()]
+    expected = [mixed(road), mixed(road, vehicle), mixed(vehicle), mixed()]
     assert [both[row, column].tolist() for column in columns] == expected
     assert [alone[row, column].tolist() for column in columns] == [
         mixed(),
-        *[mixed(VEHICLE_TINT)] * 2,
+        *[mixed(vehicle)] * 2,
         mixed(),
     ]
+
+
+def test_masks_have_outlines_of_their_own_colour(view):
+    vehicles = np.zeros((54, 96), np.uint8)
+    vehicles[20:30, 40:60] = 1
+    pixels = draw_masks(view, SIZE, vehicles=vehicles).pixels
+
+    assert tuple(pixels[200, 500].tolist()) == theme().vehicle
+    assert tuple(pixels[250, 400].tolist()) == theme().vehicle
+    assert tuple(pixels[250, 500].tolist()) != theme().vehicle

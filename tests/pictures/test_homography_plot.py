@@ -1,12 +1,17 @@
 """The plot of left-out errors: dots stand where their values are."""
 
 import math
+import re
+import xml.etree.ElementTree as ET
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
+from ogmkit.drawing.canvas import text_width
+from ogmkit.drawing.palette import theme
 from ogmkit.homography.leave_out import LeftOutErrors
-from ogmkit.pictures.homography_plot import MEDIAN_COLOUR, P90_COLOUR, Axis, draw
+from ogmkit.pictures.homography_plot import Axis, _numbers, draw, write_plot
 from ogmkit.pipeline.homography_fit import HomographySummary
 from ogmkit.pipeline.homography_summary import MethodResults, MethodSummary
 
@@ -69,7 +74,7 @@ def test_dots_stand_at_median_and_90th_percentile():
     one = method("one", [1.0, 10.0, 50.0], [10, 30, 50])
     pixels = draw(summary(one))
     axis = Axis([1.0, 50.0])
-    medians = dots(pixels, MEDIAN_COLOUR)[0]
+    medians = dots(pixels, theme().first)[0]
 
     left = [40 + 184 + place * (420 + 104 + 32) for place in range(3)]
     expected = [left[place] + axis.pixel(value) for place, value in enumerate((1.0, 10.0, 50.0))]
@@ -83,7 +88,7 @@ def test_the_90th_percentile_stands_to_the_right_of_the_median_in_its_row():
     wide = method("wide", [1, 1, 1, 1, 40], [10] * 5)
     narrow = method("narrow", [1, 1, 1, 1, 1.5], [10] * 5)
     pixels = draw(summary(wide, narrow))
-    medians, p90s = dots(pixels, MEDIAN_COLOUR), dots(pixels, P90_COLOUR)
+    medians, p90s = dots(pixels, theme().first), dots(pixels, theme().second)
 
     assert medians[0].mean() == pytest.approx(medians[1].mean(), abs=0.5)
     assert p90s[0].mean() > p90s[1].mean() + 40 > medians[1].mean()
@@ -93,7 +98,7 @@ def test_methods_without_an_answer_have_no_dots_and_infinite_ones_stop_at_the_en
     refused = method("refused", [math.nan] * 3, [10, 30, 50], [True] * 3)
     horizon = method("horizon", [2.0, 2.0, math.inf], [10, 30, 50])
     pixels = draw(summary(refused, horizon))
-    medians = dots(pixels, MEDIAN_COLOUR)
+    medians = dots(pixels, theme().first)
 
     assert sorted(medians) == [1]
     end = 40 + 184 + 2 * (420 + 104 + 32) + Axis([2.0]).pixel(math.inf)
@@ -105,3 +110,39 @@ def test_the_picture_grows_with_its_methods():
     heights = [draw(summary(*[one] * count)).shape[0] for count in (1, 2, 6)]
 
     assert heights == [heights[0], heights[0] + 68, heights[0] + 5 * 68]
+
+
+def test_vector_files_hold_the_same_dots_and_letters(tmp_path):
+    found = summary(method("one (1)", [1.0, 10.0, 50.0], [10, 30, 50]))
+    for name in ("plot.svg", "plot.PDF", "plot.png"):
+        write_plot(tmp_path / name, found)
+    height, width, _ = draw(found).shape
+    svg = ET.fromstring((tmp_path / "plot.svg").read_text(encoding="utf-8"))
+    pdf = (tmp_path / "plot.PDF").read_bytes()
+
+    assert (svg.get("width"), svg.get("height")) == (str(width), str(height))
+    space = "{http://www.w3.org/2000/svg}"
+    median = "#{:02x}{:02x}{:02x}".format(*theme().first)
+    circles = [one for one in svg.iter(f"{space}circle") if one.get("fill") == median]
+    left = [40 + 184 + place * (420 + 104 + 32) for place in range(3)]
+    axis = Axis([1.0, 50.0])
+    expected = [left[place] + axis.pixel(value) for place, value in enumerate((1.0, 10.0, 50.0))]
+    assert [float(one.get("cx")) for one in circles[:3]] == expected
+    letters = [one.text for one in svg.iter(f"{space}text")]
+    assert {"Left-out vehicles", "one (1)", "1 vehicle", "refused"} <= set(letters)
+    assert b"/MediaBox [0 0 %d %d]" % (width, height) in pdf
+    assert rb"(one \(1\)) Tj" in pdf
+    assert pdf.count(b" c ") + pdf.count(b" c\n") >= 4 * len(expected)
+    assert len(re.findall(rb"Tj", pdf)) == len(letters)
+    assert (tmp_path / "plot.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_numbers_of_ticks_leave_room_for_each_other():
+    axis = Axis([0.004, 0.03, 0.0015])
+
+    chosen = _numbers(axis)
+    ends = [(axis.pixel(tick), text_width(text, 18) / 2) for tick, text in chosen]
+    assert chosen[0][1] == f"{axis.ticks_m[-1]:g} m"
+    assert len(chosen) < len(axis.ticks_m)
+    for (right, half_right), (left, half_left) in pairwise(ends):
+        assert left + half_left < right - half_right

@@ -7,14 +7,19 @@ import h5py
 import numpy as np
 import pytest
 
+from ogmkit.drawing.bev_panel import plan_for
+from ogmkit.drawing.canvas import fit
+from ogmkit.drawing.legend import draw_legend
+from ogmkit.drawing.palette import THEMES, theme
+from ogmkit.drawing.sheet import CAPTION, GAP
 from ogmkit.errors import OutputError, SettingsError, ShardError
-from ogmkit.pictures.canvas import ORANGE
-from ogmkit.pictures.further_panel import LAYER_COLOURS
-from ogmkit.pictures.legend import draw_legend
+from ogmkit.grid import GridSpec
 from ogmkit.pictures.preview import draw_shard, preview
 from ogmkit.pictures.settings import PreviewSettings, View
-from ogmkit.pictures.subjects import SUBJECTS
+from ogmkit.pictures.subjects import PLANE_SIZE, SUBJECTS, photo_size
 from ogmkit.shards.reader import Shard
+
+GRID, IMAGE_SIZE = GridSpec(m_per_cell=0.5, rows=80, columns=40, ego_row=80, ego_column=24), (90, 160)
 
 
 def test_one_sheet_for_each_scene_beside_the_shards(make_shards):
@@ -46,21 +51,56 @@ def test_sheets_grow_with_their_frames(make_shards, images, frames):
     with Shard(make_shards(images) / "scene-0001.h5") as shard:
         height, width, _ = draw_shard(shard, "CAM_FRONT", settings=PreviewSettings(frames=frames)).shape
 
-    tile_height, tile_width = 44 + 450, 800 + 12 + 180
+    plan = plan_for(GRID, [np.array([[-6.0, 0.0]])], PLANE_SIZE)
+    photo_height, photo_width = fit(IMAGE_SIZE, photo_size(plan))
+    left = 2 * (CAPTION + photo_height) + GAP
+    tile_height = CAPTION + max(left, CAPTION + plan.size[0])
+    tile_width = photo_width + GAP + plan.size[1]
     columns, rows = {1: (1, 1), 2: (1, 2), 3: (2, 2)}[frames]
-    legend = draw_legend(SUBJECTS["targets"].groups, columns * tile_width + (columns - 1) * 36)
+    legend = draw_legend(SUBJECTS["targets"].groups, columns * tile_width + (columns - 1) * 44)
     assert width == 2 * 40 + legend.shape[1]
-    assert height == 40 + 104 + rows * (tile_height + 36) + legend.shape[0] + 20
+    assert height == 40 + 104 + rows * (tile_height + 44) + legend.shape[0] + 20
+
+
+@pytest.mark.parametrize("subject", [name for name, kind in SUBJECTS.items() if not kind.further])
+def test_themes_draw_the_same_in_other_colours(make_shards, add_masks, subject):
+    path = make_shards() / "scene-0001.h5"
+    for name in ("full-body", "surface"):
+        add_masks(path, name)
+    with Shard(path) as shard:
+        sheets = [
+            draw_shard(shard, "CAM_FRONT", subject, PreviewSettings(frames=1, theme=name)) for name in THEMES
+        ]
+
+    dark, light = sheets
+    assert dark.shape == light.shape
+    assert tuple(dark[0, 0].tolist()) == THEMES["dark"].page
+    assert tuple(light[0, 0].tolist()) == THEMES["light"].page
+    for sheet, colours in zip(sheets, THEMES.values(), strict=True):
+        assert (sheet == colours.drivable).all(axis=-1).sum() > 1000
+
+
+def test_workers_draw_the_same(make_shards, tmp_path):
+    out, settings = make_shards(), PreviewSettings(frames=1, theme="light")
+    alone, told = preview(out, tmp_path / "alone", settings), []
+    shared = preview(
+        out, tmp_path / "shared", settings, workers=2, on_progress=lambda *counts: told.append(counts)
+    )
+
+    assert [path.name for path in shared] == [path.name for path in alone]
+    assert told == [(1, 2), (2, 2)]
+    for one, other in zip(alone, shared, strict=True):
+        assert one.read_bytes() == other.read_bytes()
 
 
 def test_the_legend_takes_the_lines_that_it_needs():
     groups = SUBJECTS["targets"].groups
 
     assert draw_legend(groups, 4000).shape == (38, 4000, 3)
-    assert draw_legend(groups, 1200).shape == (3 * 38, 1200, 3)
+    assert draw_legend(groups, 1300).shape == (2 * 38, 1300, 3)
     narrow = draw_legend(groups, 1)
     assert narrow.shape[0] == 3 * 38
-    assert 900 < narrow.shape[1] < 1200
+    assert 1200 < narrow.shape[1] < 1300
 
 
 @pytest.mark.parametrize(
@@ -96,7 +136,7 @@ def test_layers_are_drawn_with_what_lies_beside_them(further_shards, tmp_path):
     names = [path.name for path in preview(further_shards, tmp_path / "pictures", settings, **chosen)]
     assert names == ["scene-0001_CAM_FRONT_layers.png", "scene-0001_CAM_FRONT.png"]
     sheet = cv2.imread(str(tmp_path / "pictures" / names[0]))[..., ::-1]
-    for colour in (LAYER_COLOURS["drivable_area"], LAYER_COLOURS["lane_divider"], ORANGE):
+    for colour in (theme().drivable, theme().future, theme().vehicle, theme().first):
         assert (sheet == colour).all(axis=-1).sum() > 500
 
 

@@ -21,6 +21,7 @@ from ogmkit.learn.models.gaussian import Gaussians
 from ogmkit.learn.perception_settings import EncoderTraining
 from ogmkit.learn.settings import TrainSettings
 from ogmkit.learn.systems.optimisation import optimisation
+from ogmkit.learn.systems.shown import Shown
 from ogmkit.samples.spec import SampleSpec
 
 Batch = dict[str, Tensor]
@@ -120,8 +121,8 @@ class System(LightningModule):
         """Name → figure over all validation batches since the last call; resets the metrics."""
 
     @abstractmethod
-    def pictures(self, batch: Batch) -> tuple[Tensor, ...]:
-        """Rows of panels that show predictions beside truth: (B, 3, h, w) each, 0 … 1."""
+    def pictures(self, batch: Batch) -> Shown:
+        """Predictions beside the truth, with their scores."""
 
     @property
     def prepare_spec(self) -> SampleSpec | None:
@@ -222,11 +223,3 @@ class System(LightningModule):
                 )
         places = torch.tensor([self.cameras.index(camera) for camera in cameras])
         return places.to(batch["camera"].device)[batch["camera"]]
-
-
-def mask_panels(masks: Tensor) -> Tensor:
-    """(B, 2, h, w) drivable and vehicles, 0 … 1 → (B, 3, h, w) colours: grey-blue road, orange vehicles."""
-    road = torch.tensor([0.26, 0.42, 0.53], device=masks.device)[:, None, None]
-    vehicles = torch.tensor([0.90, 0.62, 0.0], device=masks.device)[:, None, None]
-    ground = masks[:, :1] * road + 0.08 * (1 - masks[:, :1])
-    return ground * (1 - masks[:, 1:]) + masks[:, 1:] * vehicles

@@ -10,6 +10,7 @@ from ogmkit.learn.models.warp import warp_to_bev
 from ogmkit.learn.perception_settings import FootprintsTraining
 from ogmkit.learn.systems.base import Answer, Batch, Prediction
 from ogmkit.learn.systems.masks import MaskSystem
+from ogmkit.learn.systems.shown import Shown
 from ogmkit.samples.spec import SampleSpec
 
 
@@ -67,6 +68,6 @@ class FootprintSystem(MaskSystem):
             return Prediction(image=image)
         return Prediction(warp_to_bev(image, batch["bev_from_image"], self.grid.shape), image)
 
-    def pictures(self, batch: Batch) -> tuple[Tensor, ...]:
+    def pictures(self, batch: Batch) -> Shown:
         """The image before the masks."""
-        return batch["image"], *super().pictures(batch)
+        return super().pictures(batch).after("image", batch["image"])

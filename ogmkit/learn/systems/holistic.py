@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from torch import Tensor
 
+from ogmkit.drawing import legend
 from ogmkit.errors import SettingsError
 from ogmkit.grid import GridSpec
 from ogmkit.learn.models.footprint_net import FootprintNet
@@ -12,8 +13,9 @@ from ogmkit.learn.models.losses import CellLoss, perception_loss
 from ogmkit.learn.models.recompute import recompute_blocks
 from ogmkit.learn.models.warp import warp_to_bev
 from ogmkit.learn.planner_settings import HolisticTraining, WarpedTraining
-from ogmkit.learn.systems.base import Answer, Batch, mask_panels
+from ogmkit.learn.systems.base import Answer, Batch
 from ogmkit.learn.systems.planning import PlannerSystem, pooled, pooled_size
+from ogmkit.learn.systems.shown import Shown, mask_colours, rgb
 from ogmkit.samples.spec import TARGETS, SampleSpec
 
 
@@ -74,10 +76,13 @@ class _Seeing(PlannerSystem):
             terms["perception"] = self.settings.perception_weight * found
         return terms
 
-    def pictures(self, batch: Batch) -> tuple[Tensor, ...]:
+    def pictures(self, batch: Batch) -> Shown:
         """The last image and the masks seen in it before the trajectories."""
-        masks = self.perception(batch["image"][:, -1]).sigmoid()
-        return batch["image"][:, -1], mask_panels(masks), *super().pictures(batch)
+        last = batch["image"][:, -1]
+        shown = super().pictures(batch)
+        masks = "masks seen", mask_colours(self.perception(last).sigmoid())
+        panels = ("last image", rgb(last)), masks, *shown.panels
+        return replace(shown, panels=panels, groups=(legend.IMAGE, *shown.groups))
 
 
 class HolisticSystem(_Seeing):

@@ -16,6 +16,7 @@ from ogmkit.learn.models.homography_net import HomographyNet
 from ogmkit.learn.models.warp import warp_to_bev
 from ogmkit.learn.perception_settings import HomographyTraining
 from ogmkit.learn.systems.base import Answer, Batch, Prediction, System
+from ogmkit.learn.systems.shown import Shown, rgb
 from ogmkit.samples.spec import SampleSpec
 
 _CODES: Mapping[str, type[HomographyCode]] = {"entries": EntriesCode, "four-point": FourPointCode}
@@ -94,14 +95,20 @@ class HomographySystem(System):
         self.error_m.reset()
         return {"error_m": value}
 
-    def pictures(self, batch: Batch) -> tuple[Tensor, ...]:
+    def pictures(self, batch: Batch) -> Shown:
         """The image on the plane by prediction and by truth."""
-        predicted = self.code.decode(self.answer(batch)["code"], batch["camera"])
-        planes = (
-            warp_to_bev(batch["image"], matrix, self.grid.shape)
-            for matrix in (predicted, batch["bev_from_image"])
-        )
-        return batch["image"], *planes
+        found = self.code.decode(self.answer(batch)["code"], batch["camera"])
+        true = batch["bev_from_image"]
+        planes = {"laid on the plane": found, "by the truth": true}
+        panels = [
+            (title, rgb(warp_to_bev(batch["image"], matrix, self.grid.shape)))
+            for title, matrix in planes.items()
+        ]
+        errors_m = [
+            float(self._errors_m(*pair).mean()) for pair in zip(found[:, None], true[:, None], strict=True)
+        ]
+        scores = tuple(f"error {error:.2f} m" for error in errors_m)
+        return Shown((("image", rgb(batch["image"])), *panels), scores)
 
     def _errors_m(self, predicted: Tensor, truth: Tensor) -> Tensor:
         """Distances on the plane between where two homographies put pixels that see the ground near by."""

@@ -10,8 +10,9 @@ from torch import Tensor
 from ogmkit.grid import GridSpec
 from ogmkit.learn.models.losses import CellLoss
 from ogmkit.learn.perception_settings import BalancedTraining
-from ogmkit.learn.systems.base import Answer, Batch, System, mask_panels
+from ogmkit.learn.systems.base import Answer, Batch, System
 from ogmkit.learn.systems.iou_curve import BINS, IouCurve
+from ogmkit.learn.systems.shown import Shown, shown_masks
 from ogmkit.samples.spec import TARGETS, SampleSpec
 
 
@@ -66,6 +67,6 @@ class MaskSystem(System):
             "iou": values.mean()
         }
 
-    def pictures(self, batch: Batch) -> tuple[Tensor, ...]:
-        """Prediction beside truth."""
-        return mask_panels(self.answer(batch)["logits"].sigmoid()), mask_panels(self.truth(batch)[0])
+    def pictures(self, batch: Batch) -> Shown:
+        """Prediction, truth and their difference."""
+        return shown_masks(self.answer(batch)["logits"].sigmoid(), *self.truth(batch))

@@ -16,6 +16,7 @@ from ogmkit.learn.perception_settings import (
 )
 from ogmkit.learn.systems.base import Answer, Batch, Prediction
 from ogmkit.learn.systems.masks import MaskSystem
+from ogmkit.learn.systems.shown import Shown
 from ogmkit.samples.coarse import coarse_grid
 from ogmkit.samples.spec import TARGETS, SampleSpec
 
@@ -108,9 +109,9 @@ class VedSystem(OwnGridSystem):
             for channel, name in enumerate(TARGETS)
         }
 
-    def pictures(self, batch: Batch) -> tuple[Tensor, ...]:
+    def pictures(self, batch: Batch) -> Shown:
         """The image before the cells."""
-        return batch["image"], *super().pictures(batch)
+        return super().pictures(batch).after("image", batch["image"])
 
 
 class OftSystem(OwnGridSystem):
@@ -141,9 +142,9 @@ class OftSystem(OwnGridSystem):
         """Summed over cells, as the publication has it: its learning rate of 1e-7 belongs to sums."""
         return {"perception": summed_perception_loss(self._cell_losses(answer, batch), batch["bev_known"])}
 
-    def pictures(self, batch: Batch) -> tuple[Tensor, ...]:
+    def pictures(self, batch: Batch) -> Shown:
         """The image before the cells."""
-        return batch["image"], *super().pictures(batch)
+        return super().pictures(batch).after("image", batch["image"])
 
 
 class BevLidarSystem(OwnGridSystem):
@@ -164,6 +165,6 @@ class BevLidarSystem(OwnGridSystem):
         """Logits on the own grid."""
         return {"logits": self.net(batch["lidar"])}
 
-    def pictures(self, batch: Batch) -> tuple[Tensor, ...]:
+    def pictures(self, batch: Batch) -> Shown:
         """The LiDAR image before the cells."""
-        return batch["lidar"], *super().pictures(batch)
+        return super().pictures(batch).after("LiDAR from above", batch["lidar"])

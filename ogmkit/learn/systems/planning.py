@@ -16,7 +16,7 @@ from ogmkit.learn.models.planner import Planner
 from ogmkit.learn.models.recompute import recompute_blocks
 from ogmkit.learn.planner_settings import EndToEndTraining, MidToEndTraining, PlannerTraining
 from ogmkit.learn.systems.base import Answer, Batch, Prediction, System
-from ogmkit.learn.systems.trajectory_panel import trajectory_panels
+from ogmkit.learn.systems.shown import Shown, shown_plans
 from ogmkit.metrics.plan import STEPS
 from ogmkit.samples.index import SEQUENCE
 from ogmkit.samples.pooling import equal_parts, pooled_shape
@@ -100,10 +100,10 @@ class PlannerSystem(System):
         self.last.reset()
         return values
 
-    def pictures(self, batch: Batch) -> tuple[Tensor, ...]:
+    def pictures(self, batch: Batch) -> Shown:
         """Where the ego was, is to go, and went."""
         answer = self.answer(batch)
-        return (trajectory_panels(answer["mean"], batch["future"], batch["positions"]),)
+        return shown_plans(answer["mean"], batch["future"], batch["positions"])
 
     def _targets(self, batch: Batch) -> Tensor:
         """(B, T, 2) positions that are to be planned."""
@@ -165,9 +165,9 @@ class EndToEndSystem(PlannerSystem):
         features: Tensor = self.encoder(batch["image"].flatten(0, 1))[-1]
         return {"features": features.reshape(-1, SEQUENCE, features[0].numel())}
 
-    def pictures(self, batch: Batch) -> tuple[Tensor, ...]:
+    def pictures(self, batch: Batch) -> Shown:
         """The last image before the trajectories."""
-        return batch["image"][:, -1], *super().pictures(batch)
+        return super().pictures(batch).after("last image", batch["image"][:, -1])
 
 
 class MidToEndSystem(PlannerSystem):

@@ -2,19 +2,20 @@
 
 from pathlib import Path
 
-import numpy as np
 import torch
 from lightning.pytorch import Callback, LightningModule, Trainer
-from PIL import Image
-from torch import Tensor
-from torch.nn import functional
 
-from ogmkit.base.atomic import replacing
+from ogmkit.drawing.canvas import fit, framed, resize
+from ogmkit.drawing.png import write_png
+from ogmkit.drawing.sheet import Caption, Heading, Panel, draw_sheet, draw_tile
 from ogmkit.learn.figures import Figure, append_figures, read_figures, write_figures
 from ogmkit.learn.systems.base import Batch, System
+from ogmkit.learn.systems.shown import Shown
 from ogmkit.learn.training.events import Events
+from ogmkit.typing import UInt8Array
 
-_PANEL_HEIGHT = 200
+_PANEL_SIZE = 360, 640
+_SHEET_WIDTH = 1600
 _PANELS = 4
 """Frames of a sample picture."""
 
@@ -75,31 +76,27 @@ class Samples(Callback):
             return
         some = {name: value[:_PANELS] for name, value in batch.items()}
         with torch.no_grad():
-            rows = [_row([panel[i] for panel in pl_module.pictures(some)]) for i in range(len(some["index"]))]
-        sheet = torch.cat(rows, dim=1).clamp(0, 1).cpu()
+            sheet = _draw(pl_module, pl_module.pictures(some), trainer)
         for logger in trainer.loggers:
             if isinstance(logger, Events):
-                logger.log_picture("samples", sheet, trainer.global_step)
-        _write_picture(self._path, sheet)
+                picture = torch.from_numpy(sheet).permute(2, 0, 1) / 255
+                logger.log_picture("samples", picture, trainer.global_step)
+        write_png(self._path, sheet)
 
 
-def _row(panels: list[Tensor]) -> Tensor:
-    """(3, h, w) panels side by side, all of one height, a gap between them."""
-    gap = torch.ones(3, _PANEL_HEIGHT, 4)
-    parts: list[Tensor] = []
-    for panel in panels:
-        width = max(1, round(panel.shape[-1] * _PANEL_HEIGHT / panel.shape[-2]))
-        shown = functional.interpolate(panel[None].float().cpu(), (_PANEL_HEIGHT, width), mode="area")
-        parts += [shown[0], gap]
-    return torch.cat(parts[:-1], dim=2)
+def _draw(system: System, shown: Shown, trainer: Trainer) -> UInt8Array:
+    """A sheet: a tile for each frame, its score above it."""
+    tiles = []
+    for frame, score in enumerate(shown.scores):
+        panels = [Panel(_enlarged(pictures[frame]), title) for title, pictures in shown.panels]
+        tiles.append(draw_tile(panels, Caption(f"frame {frame + 1}", "", score)))
+    name = system.settings.system
+    note = f"step {trainer.global_step}; the first validation frames"
+    heading = Heading(name, f"epoch {trainer.current_epoch}", note)
+    return draw_sheet(heading, tiles, max(1, _SHEET_WIDTH // tiles[0].shape[1]), shown.groups)
 
 
-def _write_picture(path: Path, picture: Tensor) -> None:
-    """Write (3, h, w) values 0 … 1 as a PNG file.
-
-    Raises:
-        OutputError: the system refuses to write.
-    """
-    pixels = np.ascontiguousarray((picture * 255).round().to(torch.uint8).permute(1, 2, 0).numpy())
-    with replacing(path) as part:
-        Image.fromarray(pixels).save(part, format="PNG")
+def _enlarged(pixels: UInt8Array) -> UInt8Array:
+    """A panel that is high enough to be looked at; planes that are drawn at their size stay as they are."""
+    size = fit((pixels.shape[0], pixels.shape[1]), _PANEL_SIZE)
+    return pixels if pixels.shape[0] > _PANEL_SIZE[0] else framed(resize(pixels, size))

@@ -70,7 +70,10 @@ def test_each_planner_learns_with_all_its_weights(plan_shards, name, more):
     scores = net.scores()
     assert float(scores["ade"]) == pytest.approx(float(error_m.detach().mean()), rel=1e-5)
     assert float(scores["last_m"]) == pytest.approx(float(error_m[:, -1].detach().mean()), rel=1e-5)
-    assert all(panel.shape[:2] == (4, 3) for panel in net.pictures(batch))
+    shown = net.pictures(batch)
+    assert all(pixels.shape[::3] == (4, 3) for _, pixels in shown.panels)
+    expected = [f"ADE {one:.2f} m" for one in error_m.detach().mean(1).tolist()]
+    assert [*shown.scores] == expected
 
 
 def test_the_mean_that_is_learnt_from_training_sequences_is_their_linear_plan(plan_shards):

@@ -8,23 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
+from ogmkit.drawing.palette import Colour, theme
 from ogmkit.typing import FloatArray, UInt8Array
-
-Colour = tuple[int, int, int]
-"""Red, green, blue; 0 to 255."""
-
-PAGE: Colour = (16, 20, 26)
-PANEL: Colour = (27, 33, 41)
-OUTLINE: Colour = (62, 72, 86)
-TEXT: Colour = (236, 240, 245)
-MUTED: Colour = (150, 161, 175)
-
-# Okabe & Ito's palette, which the colour-blind can tell apart (Color Universal Design, 2008).
-ORANGE: Colour = (230, 159, 0)
-SKY_BLUE: Colour = (86, 180, 233)
-GREEN: Colour = (70, 226, 172)  # lighter than theirs: it stands on a dark ground
-YELLOW: Colour = (240, 228, 66)
-PURPLE: Colour = (218, 130, 180)
 
 _SUBPIXEL_BITS = 4
 _LONGEST_TEXT = 300
@@ -38,9 +23,9 @@ class Canvas:
         pixels: (height, width, 3) uint8 RGB, changed in place.
     """
 
-    def __init__(self, height: int, width: int, colour: Colour = PAGE) -> None:
+    def __init__(self, height: int, width: int, colour: Colour | None = None) -> None:
         self.pixels: UInt8Array = np.empty((height, width, 3), dtype=np.uint8)
-        self.pixels[:] = colour
+        self.pixels[:] = theme().page if colour is None else colour
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -56,17 +41,47 @@ class Canvas:
         """Fill a rectangle of whole pixels."""
         self.pixels[top : top + height, left : left + width] = colour
 
+    def frame(self, height: int, width: int, colour: Colour) -> None:
+        """Draw the border of a rectangle of whole pixels at the top left."""
+        for top in (0, height - 1):
+            self.fill(0, top, width, 1, colour)
+        for left in (0, width - 1):
+            self.fill(left, 0, 1, height, colour)
+
     def polyline(self, points: FloatArray, colour: Colour, thickness: int = 2) -> None:
         """Join (K, 2) points by lines."""
         cv2.polylines(self.pixels, [_fixed(points)], False, colour, thickness, cv2.LINE_AA, _SUBPIXEL_BITS)
 
-    def dots(self, points: FloatArray, colour: Colour, radius: float, rim: Colour = PAGE) -> None:
-        """Draw discs with a thin dark rim round (K, 2) points."""
-        scale = 1 << _SUBPIXEL_BITS
+    def cased_polyline(self, points: FloatArray, colour: Colour, thickness: int = 2) -> None:
+        """Join (K, 2) points by lines with a rim of the page's colour, to be seen on any photo."""
+        self.polyline(points, theme().page, thickness + 2)
+        self.polyline(points, colour, thickness)
+
+    def dots(self, points: FloatArray, colour: Colour, radius: float, rim: Colour | None = None) -> None:
+        """Draw discs with a thin rim, of the page's colour unless told, round (K, 2) points."""
+        rim = theme().page if rim is None else rim
+        for extra, shade in ((1.5, rim), (0.0, colour)):
+            self._circles(points, shade, radius + extra, cv2.FILLED)
+
+    def rings(self, points: FloatArray, colour: Colour, radius: float, inside: UInt8Array) -> None:
+        """Draw circles with rims of the page's colour round (K, 2) points.
+
+        Args:
+            points: their centres.
+            colour: of the circles.
+            radius: in pixels.
+            inside: (height, width, 3) what is seen through them.
+        """
+        holes = Canvas(*self.shape, (0, 0, 0))
+        holes._circles(points, (1, 1, 1), radius, cv2.FILLED)
+        self.pixels[:] = np.where(holes.pixels > 0, inside, self.pixels)
+        for shade, extra in ((theme().page, 2), (colour, 0)):
+            self._circles(points, shade, radius + extra, 2)
+
+    def _circles(self, points: FloatArray, colour: Colour, radius: float, thickness: int) -> None:
+        size = round(radius * (1 << _SUBPIXEL_BITS))
         for x, y in _fixed(points).tolist():
-            for extra, shade in ((1.5, rim), (0.0, colour)):
-                size = round((radius + extra) * scale)
-                cv2.circle(self.pixels, (x, y), size, shade, cv2.FILLED, cv2.LINE_AA, _SUBPIXEL_BITS)
+            cv2.circle(self.pixels, (x, y), size, colour, thickness, cv2.LINE_AA, _SUBPIXEL_BITS)
 
     def polygon(self, points: FloatArray, colour: Colour, opacity: float = 1.0) -> None:
         """Fill a simple polygon of (K, 2) points; with K under 3 there is nothing to fill."""
@@ -82,13 +97,20 @@ class Canvas:
         cover = (opacity * share)[..., None]
         self.pixels[:] = np.rint(self.pixels * (1 - cover) + cover * colour)
 
+    def overlay(self, mask: UInt8Array, colour: Colour, opacity: float) -> None:
+        """Tint the picture by a mask of any size, 0 or 1, and draw its outline."""
+        cover = resize(mask * np.uint8(255), self.shape)
+        self.tint(cover / 255, colour, opacity)
+        outlines, _ = cv2.findContours(cover // 128, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+        cv2.drawContours(self.pixels, outlines, -1, colour, 1)
+
     def text(
         self,
         text: str,
         x: int,
         baseline: int,
         size: int,
-        colour: Colour = TEXT,
+        colour: Colour | None = None,
         align: Literal["left", "centre", "right"] = "left",
     ) -> int:
         """Write a line of text on a baseline.
@@ -98,13 +120,13 @@ class Canvas:
             x: the text's left end, middle or right end.
             baseline: y of the line that the letters stand on.
             size: font size in pixels.
-            colour: of the letters.
+            colour: of the letters; None for the theme's.
             align: what `x` means.
 
         Returns:
             The text's width in pixels.
         """
-        text = _plain(text)
+        text, colour = _plain(text), theme().text if colour is None else colour
         width = text_width(text, size)
         left = x - {"left": 0, "centre": width // 2, "right": width}[align]
         ink, offset_x, offset_y = _ink(text, size)
@@ -115,6 +137,14 @@ class Canvas:
         share = cover[..., None] / np.float32(255)
         self.pixels[rows, columns] = np.rint(self.pixels[rows, columns] * (1 - share) + share * colour)
         return width
+
+
+def framed(pixels: UInt8Array) -> UInt8Array:
+    """A picture with a thin border, where its colours are nearly the page's."""
+    canvas = Canvas(*pixels.shape[:2])
+    canvas.paste(pixels, 0, 0)
+    canvas.frame(*canvas.shape, theme().line)
+    return canvas.pixels
 
 
 def fit(size: tuple[int, int], into: tuple[int, int]) -> tuple[int, int]:

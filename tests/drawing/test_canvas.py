@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ogmkit.pictures.canvas import Canvas, fit, resize, shortened, text_width
+from ogmkit.drawing.canvas import Canvas, fit, resize, shortened, text_width
 
 INK = (255, 255, 255)
 

@@ -4,12 +4,11 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 
 import numpy as np
 
-from ogmkit.pictures.bev_panel import DOT_RADIUS, EGO_COLOUR, EGO_SHAPE, FUTURE_COLOUR, PAST_COLOUR
-from ogmkit.pictures.camera_panel import BOX_COLOURS, DRIVABLE_TINT, OTHER_COLOUR, VEHICLE_TINT
-from ogmkit.pictures.canvas import MUTED, Canvas, Colour
-from ogmkit.pictures.cells import VEHICLE_COLOUR, agreement_colours, target_colours
-from ogmkit.pictures.further_panel import FUTURE_COLOUR as LATER_COLOUR
-from ogmkit.pictures.further_panel import LAYER_COLOURS
+from ogmkit.drawing.bev_panel import DOT_RADIUS, EGO_SHAPE
+from ogmkit.drawing.canvas import Canvas
+from ogmkit.drawing.cells import agreement_colours, target_colours
+from ogmkit.drawing.further_cells import LAYERS, class_colours, draw_way, instance_colours, layer_colours
+from ogmkit.drawing.palette import Colour, theme
 from ogmkit.typing import UInt8Array
 
 TEXT_SIZE = 22
@@ -17,7 +16,7 @@ TEXT_SIZE = 22
 _SIDE, _ENTRY_GAP, _GROUP_GAP = 20, 28, 64
 _LINE, _BASELINE = 38, 24
 _WIDEST = 4000
-_ROAD: Colour = (110, 110, 110)
+_MIDDLE = (_SIDE - 1) / 2
 _CELLS = {
     "drivable": (1, 0, 1),
     "vehicle": (0, 1, 1),
@@ -26,14 +25,10 @@ _CELLS = {
     "vehicle, not in view": (0, 1, 0),
 }
 """Label → drivable, vehicle, in the field of view."""
-_AGREEMENT = {"both": (1, 1), "only true": (1, 0), "only re-warped": (0, 1)}
-_PATHS = {"past, every 0.5 s": PAST_COLOUR, "future": FUTURE_COLOUR}
-_BOXES = {
-    "vehicle": BOX_COLOURS["vehicle"],
-    "person": BOX_COLOURS["human"],
-    "movable object": BOX_COLOURS["movable_object"],
-    "other": OTHER_COLOUR,
-}
+_AGREEMENT = {"both": (1, 1), "only true": (1, 0), "only the other": (0, 1)}
+_PATHS = {"past": "first", "future": "future"}
+_BOXES = {"vehicle": "vehicle", "person": "second", "movable object": "first", "other": "muted"}
+"""Label → the theme's colour."""
 
 Entry = tuple[UInt8Array, str]
 """A square swatch and its label."""
@@ -63,7 +58,7 @@ def draw_legend(groups: Sequence[Group], width: int) -> UInt8Array:
 def _stack(lines: list[list[UInt8Array]], width: int) -> UInt8Array:
     """Put groups into their lines; all have the same height."""
     widths = [sum(group.shape[1] + _GROUP_GAP for group in line) - _GROUP_GAP for line in lines]
-    canvas = Canvas(_LINE * len(lines), max(width, *widths))
+    canvas = Canvas(_LINE * len(lines), max([width, *widths]))
     for number, line in enumerate(lines):
         left = 0
         for group in line:
@@ -79,13 +74,20 @@ def _draw_group(heading: str, entries: Iterable[Entry]) -> UInt8Array:
     for swatch, label in entries:
         canvas.paste(swatch, x, _BASELINE - _SIDE + 3)
         x += _SIDE + 10
-        x += canvas.text(label, x, _BASELINE, TEXT_SIZE, MUTED) + _ENTRY_GAP
+        x += canvas.text(label, x, _BASELINE, TEXT_SIZE, theme().muted) + _ENTRY_GAP
     return canvas.pixels[:, : x - _ENTRY_GAP]
 
 
 def _cell_entries() -> Iterator[Entry]:
     for label, cells in _CELLS.items():
-        yield target_colours(*map(_uniform, cells)), label
+        yield _bordered(target_colours(*map(_uniform, cells))), label
+    yield from _edge_entries()
+
+
+def _edge_entries() -> Iterator[Entry]:
+    half = _uniform(0)
+    half[: _SIDE // 2] = 1
+    yield _bordered(target_colours(_uniform(0), _uniform(0), half)), "edge of the view"
 
 
 def _vehicle_entries() -> Iterator[Entry]:
@@ -101,43 +103,54 @@ def _drivable_entries() -> Iterator[Entry]:
 
 
 def _ego_entries() -> Iterator[Entry]:
-    middle = (_SIDE - 1) / 2
     for label, colour in _PATHS.items():
-        swatch = Canvas(_SIDE, _SIDE)
-        swatch.polyline(np.array([[0, middle], [_SIDE - 1, middle]]), colour)
-        swatch.dots(np.array([[middle, middle]]), colour, DOT_RADIUS)
-        yield swatch.pixels, label
+        yield _dotted(getattr(theme(), colour)), label
     swatch = Canvas(_SIDE, _SIDE)
-    swatch.polygon(EGO_SHAPE * 0.8 + middle, EGO_COLOUR)
+    swatch.polygon(EGO_SHAPE * 0.8 + _MIDDLE, theme().text)
     yield swatch.pixels, "now"
+
+
+def _dotted(colour: Colour) -> UInt8Array:
+    """A swatch of a path: a line and a point."""
+    swatch = Canvas(_SIDE, _SIDE)
+    swatch.polyline(np.array([[0, _MIDDLE], [_SIDE - 1, _MIDDLE]]), colour)
+    swatch.rings(np.full((1, 2), _MIDDLE), colour, DOT_RADIUS, Canvas(_SIDE, _SIDE).pixels)
+    return swatch.pixels
 
 
 def _box_entries() -> Iterator[Entry]:
     for label, colour in _BOXES.items():
-        yield Canvas(_SIDE, _SIDE, colour).pixels, label
+        yield Canvas(_SIDE, _SIDE, getattr(theme(), colour)).pixels, label
 
 
-def _layer_entries() -> Iterator[Entry]:
-    others = {"vehicle, or its class or instance": VEHICLE_COLOUR, "later": LATER_COLOUR}
-    for label, colour in {**LAYER_COLOURS, **others}.items():
-        yield Canvas(_SIDE, _SIDE, colour).pixels, label.replace("_", " ")
+def _instance_entries() -> Iterator[Entry]:
+    nothing, inside = _uniform(0), _uniform(0)
+    inside[3:-3, 3:-3] = 1
+    quarters = np.repeat(np.arange(1, 5, dtype=np.uint8), _SIDE // 4)[None] + nothing
+    yield instance_colours(quarters, nothing, nothing, _uniform(1)), "vehicles, each in one colour"
+    yield instance_colours(nothing, inside, nothing, _uniform(1)), "later"
+    swatch = Canvas(_SIDE, _SIDE)
+    draw_way(swatch, np.array([[2, _MIDDLE], [_SIDE - 5, _MIDDLE]]))
+    yield swatch.pixels, "way to the next key frame"
 
 
 def _image_entries() -> Iterator[Entry]:
-    for label, tint in {"drivable": DRIVABLE_TINT, "vehicle": VEHICLE_TINT}.items():
-        yield _tinted(*tint), label
+    for label in ("drivable", "vehicle"):
+        yield Canvas(_SIDE, _SIDE, getattr(theme(), label)).pixels, label
 
 
 def _ground_entries() -> Iterator[Entry]:
     nothing, seen = (_uniform(0),) * 2, _uniform(1)
     yield agreement_colours((seen, _uniform(0)), (seen, _uniform(0)), seen), "drivable"
-    yield agreement_colours(nothing, nothing, seen), "not drivable"
-    yield agreement_colours(nothing, nothing, _uniform(0)), "not in view"
+    yield _bordered(agreement_colours(nothing, nothing, seen)), "not drivable"
+    yield from _edge_entries()
 
 
-def _tinted(colour: Colour, opacity: float) -> UInt8Array:
-    swatch = Canvas(_SIDE, _SIDE, _ROAD)
-    swatch.tint(np.ones(swatch.shape), colour, opacity)
+def _bordered(pixels: UInt8Array) -> UInt8Array:
+    """A swatch with a border, since the ground is hardly another colour than the page."""
+    swatch = Canvas(_SIDE, _SIDE)
+    swatch.paste(pixels, 0, 0)
+    swatch.frame(_SIDE, _SIDE, theme().muted)
     return swatch.pixels
 
 
@@ -145,11 +158,30 @@ def _uniform(value: int) -> UInt8Array:
     return np.full((_SIDE, _SIDE), value, dtype=np.uint8)
 
 
+def layer_group(layers: Iterable[str]) -> Group:
+    """Layers of the map, by their names in `LAYERS`."""
+    shown = {layer: _uniform(1) for layer in layers}
+    return "Map layers", lambda: (
+        (layer_colours({layer: shown[layer]}, _uniform(0)), layer.replace("_", " "))
+        for layer in LAYERS
+        if layer in shown
+    )
+
+
+def class_group(classes: Sequence[str]) -> Group:
+    """Classes, in their order."""
+    masks = np.eye(len(classes), dtype=np.uint8)[:, :, None, None] * _uniform(1)
+    return "Classes", lambda: (
+        (class_colours(mask, _uniform(0), _uniform(1)), name)
+        for name, mask in zip(classes, masks, strict=True)
+    )
+
+
 PLANE: Group = ("Plane", _cell_entries)
 EGO: Group = ("Ego", _ego_entries)
 BOXES: Group = ("Boxes, front filled", _box_entries)
-IMAGE: Group = ("Image", _image_entries)
-LAYERS: Group = ("Plane", _layer_entries)
+IMAGE: Group = ("Masks", _image_entries)
+INSTANCES: Group = ("Instances", _instance_entries)
 GROUND: Group = ("Plane", _ground_entries)
 VEHICLES: Group = ("Vehicles compared", _vehicle_entries)
 DRIVABLE: Group = ("Drivable area compared", _drivable_entries)

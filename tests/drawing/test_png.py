@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
+from ogmkit.drawing.png import write_png
 from ogmkit.errors import OutputError
-from ogmkit.pictures.png import write_png
 
 
 def test_pixels_come_back_in_their_order(tmp_path):
