@@ -10,13 +10,13 @@ import cv2
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from ogmkit_cli.main import main
 
 from ogmkit import __version__
 from ogmkit.doctor import decoders, machine, packages
 from ogmkit.doctor.decoders import Decoder
 from ogmkit.doctor.machine import Machine
 from ogmkit.doctor.packages import Lack, lacks, package_of, satisfies
-from ogmkit_cli.main import main
 
 
 def doctor(*arguments):
