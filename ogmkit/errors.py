@@ -55,3 +55,7 @@ class TrainingError(OgmkitError):
 
 class CheckpointError(OgmkitError):
     """A checkpoint or the folder of a run is absent, damaged, of another system, or not ogmkit's."""
+
+
+MALFORMED = (KeyError, TypeError, ValueError, OverflowError)
+"""What making a record of a file's plain values raises where these are wrong; `int(inf)` overflows."""

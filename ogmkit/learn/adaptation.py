@@ -33,7 +33,7 @@ class Adaptation:
         """The inverse of `to_dict`.
 
         Raises:
-            KeyError, TypeError, ValueError: something is missing or of another kind.
+            MALFORMED: something is missing or of another kind.
         """
         texts = {name: str(values[name]) for name in ("run", "sha256", "source")}
         scenes = tuple(str(scene) for scene in values["scenes"])

@@ -14,7 +14,7 @@ from lightning.fabric.plugins.io.torch_io import TorchCheckpointIO
 from ogmkit import __version__
 from ogmkit.base.atomic import replacing
 from ogmkit.base.steps import STEP_S
-from ogmkit.errors import CheckpointError, OgmkitError, SettingsError
+from ogmkit.errors import MALFORMED, CheckpointError, OgmkitError, SettingsError
 from ogmkit.grid import GridSpec
 from ogmkit.learn.adaptation import Adaptation
 from ogmkit.learn.catalogue import settings_from_dict
@@ -91,7 +91,7 @@ class Card:
 
         Raises:
             SettingsError: settings or grid are out of range.
-            KeyError, TypeError, ValueError: something is missing or of another kind.
+            MALFORMED: something is missing or of another kind.
         """
         return cls(
             settings=settings_from_dict(values["settings"]),
@@ -201,7 +201,7 @@ def read_checkpoint(path: Path, *, mapped: bool = False) -> tuple[Card, dict[str
         raise CheckpointError(f"{path}: has checkpoint format {found}, not {FORMAT_VERSION}; {AGAIN}")
     try:
         return Card.from_dict(values), content
-    except (KeyError, TypeError, ValueError, OgmkitError) as error:
+    except (*MALFORMED, OgmkitError) as error:
         raise CheckpointError(f"{path}: what it says of itself is damaged ({error}); {AGAIN}") from error
 
 

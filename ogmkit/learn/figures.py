@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ogmkit.base.atomic import output_errors, replacing
 from ogmkit.base.files import read_text
-from ogmkit.errors import CheckpointError
+from ogmkit.errors import MALFORMED, CheckpointError
 
 _HEADER = ["epoch", "step", "name", "value"]
 _REMEDY = "remove it: the figures so far are lost, the training is not"
@@ -51,7 +51,7 @@ def read_figures(path: Path) -> tuple[Figure, ...]:
         return ()
     except OSError as error:
         raise CheckpointError(f"{path}: can't be read ({error.strerror}); {_REMEDY}") from error
-    except (KeyError, TypeError, ValueError, csv.Error) as error:
+    except (*MALFORMED, csv.Error) as error:
         raise CheckpointError(f"{path}: is damaged ({error}); {_REMEDY}") from error
 
 

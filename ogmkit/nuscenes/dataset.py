@@ -53,13 +53,12 @@ class Dataset:
         self._tables = Tables(self.root / self.version, memory_limit=memory_limit)
         self._rules: dict[str, Rule] = {}
         try:
-            for table in EDGE_TABLES:
-                if table != "map":
-                    self._tables.load(table)
+            for table in (one for one in EDGE_TABLES if one != "map"):
+                self._tables.load(table)
             self._no_maps = self._load_or_leave("map")
-            no_visibility = self._load_or_leave("visibility")  # where it is absent, all are unknown
+            no_visibility = self._load_or_leave("visibility")
             if no_visibility is not None and no_visibility.kind != MISSING:
-                raise no_visibility
+                raise no_visibility  # where it is absent, all are unknown
             prepare(self._tables)
         except BaseException:
             self._tables.close()
@@ -242,9 +241,7 @@ class Dataset:
     def _require_sound(self, token: str, name: str, channels: Sequence[str], *, maps: bool) -> None:
         """Raise the first violation among what a scene's frames use."""
         if maps and self._no_maps is not None:
-            raise TableError(
-                f"{self._no_maps}, or extract with --no-map", kind="table is missing or unreadable"
-            )
+            raise TableError(f"{self._no_maps}, or extract with --no-map", kind="map.json is unreadable")
         if not self._rules:
             self._rules = {rule.id: rule for rule in find_violations(self._tables)}
         require_sound(self._tables, self._rules, (token, name), channels, maps=maps)

@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ogmkit.base.files import read_text
-from ogmkit.errors import DataFileError
+from ogmkit.errors import MALFORMED, DataFileError
 from ogmkit.typing import FloatArray
 
 Layer = Literal[
@@ -90,7 +90,7 @@ class Expansion:
             try:
                 tokens = [token for record in self.content[layer] for token in _polygon_tokens(record)]
                 self._areas[layer] = tuple(self._area(self._polygons[token]) for token in tokens)
-            except (KeyError, TypeError, ValueError) as error:
+            except MALFORMED as error:
                 raise self._damaged(layer, error) from error
         return self._areas[layer]
 
@@ -104,7 +104,7 @@ class Expansion:
             try:
                 lines = [self._lines[record["line_token"]]["node_tokens"] for record in self.content[layer]]
                 self._drawn[layer] = tuple(self._points(tokens) for tokens in lines if len(tokens) > 1)
-            except (KeyError, TypeError, ValueError) as error:
+            except MALFORMED as error:
                 raise self._damaged(layer, error) from error
         return self._drawn[layer]
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import h5py
 
-from ogmkit.errors import ShardError
+from ogmkit.errors import MALFORMED, ShardError
 from ogmkit.shards.faults import REMEDY
 from ogmkit.shards.schema_labels import LABELS, SAMPLE_TOKENS, SURROUND, label_sizes
 
@@ -42,7 +42,7 @@ def stored_record(path: Path, group: h5py.Group) -> dict[str, Any]:
         record = json.loads(group.attrs["definition"])
         label_sizes(record)
         return dict(record)
-    except (KeyError, TypeError, ValueError) as error:
+    except MALFORMED as error:
         raise ShardError(f"{path}: {group.name} has no sound definition ({error!r}); {REMEDY}") from error
 
 

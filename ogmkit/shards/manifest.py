@@ -9,7 +9,7 @@ from typing import Any
 from ogmkit import __version__
 from ogmkit.base.atomic import write_json
 from ogmkit.base.files import open_file, read_text
-from ogmkit.errors import SettingsError, ShardError
+from ogmkit.errors import MALFORMED, ShardError
 from ogmkit.shards.settings import ExtractSettings
 
 NAME = "manifest.json"
@@ -120,7 +120,7 @@ def read_manifest(out: Path) -> Manifest:
             settings=ExtractSettings.from_dict(content["settings"]),
             shards=tuple(_entry(values) for values in content["shards"]),
         )
-    except (KeyError, TypeError, ValueError, SettingsError) as error:
+    except MALFORMED as error:
         raise ShardError(f"{path}: is damaged ({error}); run `ogmkit extract` again") from error
 
 

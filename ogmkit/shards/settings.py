@@ -9,7 +9,7 @@ from typing import Any, Literal, Self
 from ogmkit.base.names import unknown
 from ogmkit.base.stated import require_stated, setting
 from ogmkit.base.steps import GAP_STEPS, STEP_S
-from ogmkit.errors import SettingsError
+from ogmkit.errors import MALFORMED, SettingsError
 from ogmkit.grid import GridSpec
 from ogmkit.labels.catalogue import definition
 from ogmkit.labels.definition import Definition, without_map
@@ -140,5 +140,5 @@ class ExtractSettings:
             if targets["max_gap_s"] == GAP_STEPS * targets.get("step_s", STEP_S):
                 targets["max_gap_s"] = None
             return cls(TargetSettings(**targets), cameras, compression, definitions=definitions)
-        except (KeyError, TypeError, ValueError) as error:
+        except MALFORMED as error:
             raise SettingsError(f"settings can't be read ({error})") from error

@@ -9,8 +9,6 @@ from ogmkit.synthetic.motion import Actor, Standing
 from ogmkit.synthetic.streets import PARKING_M, Network, Road
 from ogmkit.typing import FloatArray
 
-WORKS_SHARE = 0.35
-"""Usual share of roadsides with road works."""
 _OCCUPIED = 0.62
 _SPACING_M = 1.1
 _PARKED = {
@@ -35,7 +33,7 @@ def draw_roadside(
     random: np.random.Generator,
     network: Network,
     car_parks: tuple[CarPark, ...],
-    works_share: float = WORKS_SHARE,
+    works_share: float,
 ) -> list[Actor]:
     """Everything that stands still in a scene."""
     driveways = np.array([np.mean(park.driveway.exterior.coords[:4], axis=0) for park in car_parks])

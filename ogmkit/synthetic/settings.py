@@ -7,7 +7,6 @@ from typing import Literal
 from ogmkit.base.stated import require_stated, setting
 from ogmkit.errors import SettingsError
 from ogmkit.synthetic.rig import CAMERA_MOUNTS, LIDAR
-from ogmkit.synthetic.roadside import WORKS_SHARE
 
 AnnotateBy = Literal["all", "rendered"]
 
@@ -61,7 +60,7 @@ class SynthesisSettings:
     lidar_azimuths: int = 1090
     images: bool = True
     tilt_deg: float = 0.0
-    works_share: float = WORKS_SHARE
+    works_share: float = 0.35
     odd_areas: bool = False
     incidents: bool = setting(
         False,

@@ -14,7 +14,8 @@ from ogmkit.synthetic.motion import Actor, Driving
 from ogmkit.synthetic.obstacles import Obstacle, draw_obstacles
 from ogmkit.synthetic.overlap import overlaps
 from ogmkit.synthetic.passing import plan_passing
-from ogmkit.synthetic.roadside import WORKS_SHARE, draw_roadside
+from ogmkit.synthetic.roadside import draw_roadside
+from ogmkit.synthetic.settings import SynthesisSettings
 from ogmkit.synthetic.streets import Network
 from ogmkit.synthetic.walkers import QUIET, draw_crossings, draw_walkers
 from ogmkit.typing import FloatArray
@@ -46,7 +47,7 @@ def build_traffic(
     duration_s: float,
     *,
     incidents: bool = False,
-    works_share: float = WORKS_SHARE,
+    works_share: float = SynthesisSettings.works_share,
 ) -> Traffic:
     """Draw and simulate a scene; whoever would collide is taken out and the scene simulated again.
 

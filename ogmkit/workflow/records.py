@@ -11,7 +11,7 @@ from typing import Any, Literal, get_args
 from ogmkit import __version__
 from ogmkit.base.atomic import write_json
 from ogmkit.base.files import read_text
-from ogmkit.errors import OutputError, ShardError
+from ogmkit.errors import MALFORMED, OutputError, ShardError
 
 NAME = "manifest.json"
 FORMAT = "ogmkit-run"
@@ -80,7 +80,7 @@ def read_records(out: Path) -> dict[str, Record]:
         return {name: _record(values) for name, values in content["steps"].items()}
     except OSError as error:
         raise ShardError(f"{path}: can't be read ({error.strerror}); choose another `out`") from error
-    except (AttributeError, KeyError, TypeError, ValueError) as error:
+    except (AttributeError, *MALFORMED) as error:
         raise ShardError(
             f"{path}: is damaged ({error}); remove it and run again: what is whole is kept"
         ) from error

@@ -109,6 +109,15 @@ def test_foreign_checkpoints_are_named(tmp_path, content, message):
         read_checkpoint(tmp_path / "a.ckpt")
 
 
+@pytest.mark.parametrize("wrong", [{"batches": float("inf")}, {"epoch": None}, {"step_s": "soon"}])
+def test_numbers_that_are_none_are_named(tmp_path, wrong):
+    save(tmp_path / "a.ckpt")
+    _, content = read_checkpoint(tmp_path / "a.ckpt")
+    write_checkpoint(tmp_path / "a.ckpt", content | {"ogmkit": content["ogmkit"] | wrong})
+    with pytest.raises(CheckpointError, match="says of itself is damaged"):
+        read_checkpoint(tmp_path / "a.ckpt")
+
+
 def test_damage_is_named(tmp_path):
     path = tmp_path / "a.ckpt"
     save(path)

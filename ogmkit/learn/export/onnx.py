@@ -85,7 +85,7 @@ def export(checkpoint: Path, out: Path, *, opset: int = DEFAULT_OPSET) -> Export
         onnx.helper.set_model_props(model, _metadata(run))
         onnx.checker.check_model(model, full_check=True)
         onnx.save(model, part)
-        difference = _difference(run, module, part)
+        difference = _difference(run, module, model.SerializeToString())
         if not difference <= TOLERANCE:
             raise CheckpointError(
                 f"{run.path}: ONNX's answers differ from torch's by {difference:.2g}, more than "
@@ -144,9 +144,9 @@ def _metadata(run: Run) -> dict[str, str]:
     }
 
 
-def _difference(run: Run, module: nn.Module, path: Path) -> float:
-    """The largest difference from torch over random batches of several sizes."""
-    session = onnxruntime.InferenceSession(path, providers=["CPUExecutionProvider"])
+def _difference(run: Run, module: nn.Module, model: bytes) -> float:
+    """The largest difference of a model from torch over random batches of several sizes."""
+    session = onnxruntime.InferenceSession(model, providers=["CPUExecutionProvider"])
     worst = 0.0
     for count in _BATCHES:
         inputs = _inputs(run, count)

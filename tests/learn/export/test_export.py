@@ -90,6 +90,12 @@ def test_the_model_says_what_it_is(tmp_path, make_run):
     assert [entry.version for entry in model.opset_import] == [18]
 
 
+def test_a_name_that_is_not_utf8_is_written_all_the_same(tmp_path, make_run):
+    run = make_run(tmp_path / "run", "footprints", GRID, BOTH, image_size=SIZE)
+    export(run, tmp_path / "model\udc80.onnx")
+    assert [path.name for path in tmp_path.glob("*.onnx")] == ["model\udc80.onnx"]
+
+
 def test_a_model_that_answers_otherwise_is_not_written(tmp_path, make_run, monkeypatch):
     run = make_run(tmp_path / "run", "footprints", GRID, BOTH, image_size=SIZE)
     out = tmp_path / "models" / "model.onnx"
