@@ -1,6 +1,7 @@
 """Values of a YAML file as fields of frozen dataclasses, each of the kind that its annotation says."""
 
 import dataclasses
+import os
 import reprlib
 from collections.abc import Mapping
 from pathlib import Path
@@ -115,11 +116,19 @@ def _converted_scalar(value: object, hint: Any, where: str) -> Any:  # noqa: ANN
         if number is not None:
             return number
     elif hint is Path:
-        if isinstance(value, str):
+        if isinstance(value, str) and _names_a_file(value):
             return Path(value)
     elif isinstance(value, hint) and (hint is bool or not isinstance(value, bool)):
         return value
     raise SettingsError(f"{where}: {_SHOWN.repr(value)} is not {_KINDS[hint]}")
+
+
+def _names_a_file(text: str) -> bool:
+    """Whether the system could have a file of that name."""
+    try:
+        return b"\0" not in os.fsencode(text)
+    except UnicodeEncodeError:
+        return False
 
 
 def _number(value: object) -> float | None:

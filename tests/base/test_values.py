@@ -66,6 +66,8 @@ def test_values_take_the_kind_of_their_field():
         ({"names": [3]}, "f: names: 3 is not text"),
         ({"kind": "c"}, "f: kind: unknown value 'c'; there are: a, b"),
         ({"place": 3}, "f: place: 3 is not a path"),
+        ({"place": "a\ud800"}, r"f: place: 'a\\ud800' is not a path"),
+        ({"place": "a\0b"}, r"f: place: 'a\\x00b' is not a path"),
         ({"count": 10}, "f: count: 10 is too many"),
     ],
 )
