@@ -43,7 +43,7 @@
     const rows = [...table.tBodies[0].rows].map((row) => [valueOf(row), row]);
     rows.sort(([one], [other]) => compare(one, other, descending));
     table.tBodies[0].append(...rows.map(([, row]) => row));
-    for (const other of table.tHead.rows[0].cells) other.removeAttribute("aria-sort");
+    for (const other of heading.parentElement.cells) other.removeAttribute("aria-sort");
     heading.setAttribute("aria-sort", descending ? "descending" : "ascending");
   }
   /* What isn't known stands last in either order. */

@@ -1,6 +1,7 @@
 """A report: everything that shards, trainings and tables say, in one file."""
 
 import tempfile
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -145,11 +146,13 @@ _FIRST = ("extracted", "sound", "perception", "planning", "trainings")
 
 def _of_runs(sources: Sources) -> Iterator[Section]:
     """Of trainings and tables."""
+    counts = Counter[str]()
     for path in sources.tables:
         tables = read_scores(path)
-        plans = any(one.plans for one in tables)
-        name, title = ("planning", "Planning") if plans else ("perception", "Perception")
-        yield scores_section(name, f"{title}: {path.name}", tables)
+        title = "Planning" if any(one.plans for one in tables) else "Perception"
+        counts[title] += 1
+        name = title.lower() + (f"-{counts[title]}" if counts[title] > 1 else "")
+        yield scores_section(name, title, path.name, tables)
     if sources.runs:
         yield trainings_section(read_trainings(sources.runs))
 
@@ -160,8 +163,9 @@ def _ordered(sections: Sequence[Section]) -> tuple[Section, ...]:
 
 
 def _place(identity: str) -> int:
-    if identity in _FIRST:
-        return _FIRST.index(identity)
+    kind = identity.partition("-")[0]
+    if kind in _FIRST:
+        return _FIRST.index(kind)
     return len(_FIRST) + (identity in _LAST)
 
 

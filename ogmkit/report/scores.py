@@ -4,6 +4,7 @@ import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -50,6 +51,7 @@ class ScoreTable:
 
     Attributes:
         title: what the figures are.
+        groups: headings over columns: (text, how many columns); none for plans.
         columns: their headings.
         rows: row → a score a column; NaN where there is none.
         flattered: rows that have seen the scenes that are reported.
@@ -57,6 +59,7 @@ class ScoreTable:
     """
 
     title: str
+    groups: tuple[tuple[str, int], ...]
     columns: tuple[str, ...]
     rows: dict[str, tuple[Score, ...]]
     flattered: frozenset[str]
@@ -97,6 +100,7 @@ def _table(records: Sequence[dict[str, Any]]) -> ScoreTable:
     factor = 100 if first["metric"] in _SHARES else 1
     return ScoreTable(
         _title(first),
+        _groups(columns),
         tuple(map(_heading, columns)),
         {name: tuple(_score(places.get((name, column)), factor) for column in columns) for name in names},
         frozenset(
@@ -124,8 +128,16 @@ def _title(record: dict[str, Any]) -> str:
     return ", ".join(words) + ("" if definition == "paper" else f" ({definition})")
 
 
+def _groups(columns: Sequence[tuple[Any, ...]]) -> tuple[tuple[str, int], ...]:
+    """Targets, each over its columns."""
+    targets = [str(column[0]) for column in columns if len(column) > 1]
+    return tuple((target, len([*ones])) for target, ones in groupby(targets))
+
+
 def _heading(column: tuple[Any, ...]) -> str:
     if len(column) == 1:
         return f"{float(column[0]):g} s"
-    target, view, region = column
-    return f"{target}, {view}" if view == "camera" else f"{target}, {view} {region}"
+    _, view, region = column
+    if view == "camera":
+        return "camera"
+    return "BEV full" if region == "full" else str(region)

@@ -68,7 +68,7 @@ def _figures(manifest: Manifest, parts: Sequence[Part]) -> dict[str, tuple[objec
             f"{frames:,}",
             f"{left_out:,} left out" if left_out else with_number(len(cameras), "camera"),
         ),
-        "Trajectories": (percent(valid / max(frames, 1), 0), "of frames have a whole one"),
+        "Trajectories": (percent(valid / max(frames, 1), 0), "whole, of all frames"),
         "Vehicles": (f"{vehicles:,}", f"{vehicles / max(frames, 1):.1f} a frame"),
         "Drivable": (percent(drivable), "of all cells"),
     }

@@ -8,13 +8,13 @@ from ogmkit.report.scores import Score, ScoreTable
 from ogmkit.report.sections import Section, sortable
 
 
-def scores_section(identity: str, title: str, tables: Sequence[ScoreTable]) -> Section:
-    """The headline open, the other readings folded up."""
+def scores_section(identity: str, title: str, source: str, tables: Sequence[ScoreTable]) -> Section:
+    """The headline open, the other readings folded up; `source` names the file."""
     readings = (
         element("details", element("summary", one.title), _table(one), open=number == 0)
         for number, one in enumerate(tables)
     )
-    note = "Lines are 95 % intervals from resampling scenes, on one scale for each column."
+    note = f"{source}. Lines are 95 % intervals from resampling scenes, on one scale for each column."
     if any(one.flattered for one in tables):
         note += " Rows marked * have seen scenes that are reported."
     return Section(identity, title, note, element("div", *readings, class_="readings"))
@@ -29,7 +29,7 @@ def _table(table: ScoreTable) -> Html:
         for name, scores in table.rows.items()
         if any(not math.isnan(one.value) for one in scores)
     )
-    return sortable(("system", *table.columns), rows, class_="scores")
+    return sortable(("System", *table.columns), rows, class_="scores", groups=table.groups)
 
 
 def _ends(scores: Sequence[Score]) -> tuple[float, float]:

@@ -18,7 +18,7 @@ def sound_section(soundness: Soundness, parts: Sequence[Part]) -> Section:
     left_out = counted_left_out(one for part in parts for one in part.left_out)
     rows = [("invalid", one.camera, one.of, one.reason, number(one.frames)) for one in invalid]
     rows += [("left out", one.camera, "frame", one.reason, number(one.frames)) for one in left_out]
-    lacking = sortable(("", "Camera", "Of", "Why", "Frames"), rows, "Frames that lack something")
+    lacking = sortable(("State", "Camera", "Of", "Why", "Frames"), rows, "Frames that lack something")
     return Section(
         "sound",
         "How sound it is",

@@ -1,7 +1,7 @@
 """Parts that several sections of the page are made of."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from ogmkit.report.html import Html, element
@@ -70,9 +70,22 @@ def tiles(values: Mapping[str, tuple[object, str]]) -> Html:
 
 
 def sortable(
-    header: Iterable[str], rows: Iterable[Iterable[object]], caption: str = "", class_: str = ""
+    header: Iterable[str],
+    rows: Iterable[Iterable[object]],
+    caption: str = "",
+    class_: str = "",
+    groups: Sequence[tuple[str, int]] = (),
 ) -> Html:
-    """A table whose headings are buttons that sort by their column; cells as `number` makes them, or text."""
+    """A table whose headings are buttons that sort by their column.
+
+    Args:
+        header: the headings.
+        rows: cells as `number` makes them, or text.
+        caption: stands above; empty for none.
+        class_: of the table.
+        groups: headings over columns after the first: (text, how many columns).
+    """
+    above = (element("th", text, scope="colgroup", colspan=count) for text, count in groups)
     head = (
         element("th", element("button", one, type="button", data_sort=str(column)), scope="col")
         for column, one in enumerate(header)
@@ -83,7 +96,11 @@ def sortable(
         element(
             "table",
             element("caption", caption) if caption else None,
-            element("thead", element("tr", *head)),
+            element(
+                "thead",
+                element("tr", element("td"), *above, class_="groups") if groups else None,
+                element("tr", *head),
+            ),
             element("tbody", *body),
             class_=f"sortable {class_}".strip(),
         ),

@@ -120,7 +120,8 @@ def test_names_from_the_data_are_text(hostile_shards, hostile_scene, tmp_path):
 def test_tables_are_read_with_their_intervals(table):
     (headline,) = read_scores(table)
     assert headline.title == "Foreground IoU in %, all cells"
-    assert headline.columns == ("drivable, bev full", "drivable, camera")
+    assert headline.groups == (("drivable", 2),)
+    assert headline.columns == ("BEV full", "camera")
     assert headline.flattered == {"oft"}
     full, camera = headline.rows["footprints"]
     assert (full.value, full.low, full.high) == pytest.approx((75, 70, 85))
@@ -138,7 +139,7 @@ def test_plans_have_a_column_for_each_horizon(tmp_path):
     assert (table.title, table.columns, table.plans) == ("ADE in m, at the horizon", ("0.5 s", "2.5 s"), True)
     page = write(tmp_path / "report.html", [path])
     assert 'id="planning"' in page
-    assert "Planning: plans.json" in page
+    assert "plans.json. Lines are 95 % intervals" in page
 
 
 def test_a_page_of_a_table_alone(table, tmp_path):
