@@ -5,10 +5,11 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from ogmkit.errors import OgmkitError
+from ogmkit.errors import OgmkitError, UnreadableShardError
 from ogmkit.nuscenes.check import Finding, check_dataset
 from ogmkit.nuscenes.uses import Use
 from ogmkit.report.settings import ReportSettings
+from ogmkit.shards.faults import MAY_BE_SOUND
 from ogmkit.shards.invalid import InvalidCount, InvalidFrames
 from ogmkit.shards.left_out import LeftOutCount
 from ogmkit.shards.manifest import Manifest
@@ -52,10 +53,19 @@ def examined(
 
     Raises:
         ShardError: as of `ogmkit.shards.verify.verify_folder`.
+        UnreadableShardError: the system refuses to read a shard, of which nothing can be said then.
     """
-    verified = None if settings.no_verify else verify_folder(shards, on_progress=on_progress)
+    verified = None if settings.no_verify else _verified(shards, on_progress)
     checked, not_checked = _checked(manifest, dataroot, settings)
     return Soundness(verified, checked, "--no-verify" if settings.no_verify else "", not_checked)
+
+
+def _verified(shards: Path, on_progress: Progress | None) -> tuple[Problem, ...]:
+    problems = verify_folder(shards, on_progress=on_progress)
+    for one in problems:
+        if MAY_BE_SOUND in one.message:
+            raise UnreadableShardError(f"{shards / one.file}: {one.message}")
+    return problems
 
 
 def _checked(

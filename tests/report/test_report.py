@@ -5,13 +5,16 @@ import re
 
 import pytest
 
-from ogmkit.errors import OutputError, SettingsError, TableError
+from ogmkit.errors import OutputError, SettingsError, TableError, UnreadableShardError
+from ogmkit.report import soundness
 from ogmkit.report.report import Means, write_report
 from ogmkit.report.scores import read_scores
 from ogmkit.report.settings import ReportSettings
 from ogmkit.report.sources import sources_of
 from ogmkit.report.trainings import curves_of, differing, read_trainings
+from ogmkit.shards.faults import MAY_BE_SOUND
 from ogmkit.shards.manifest import read_manifest
+from ogmkit.shards.verify import Problem
 
 QUICK = ReportSettings(frames=2, no_verify=True, no_check=True)
 FIGURES = "epoch,step,name,value\n0,4,train/loss,2\n0,4,val/iou,0.25\n1,8,train/loss,1\n1,8,val/iou,0.5\n"
@@ -216,3 +219,10 @@ def test_interrupted_it_leaves_nothing(sample_shards, tmp_path):
     with pytest.raises(KeyboardInterrupt):
         write(tmp_path / "report.html", [sample_shards], on_progress=interrupt)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_the_system_refuses_to_read_is_no_finding(copied_shards, tmp_path, monkeypatch):
+    refused = Problem("scene-0001.h5", f"can't be read (Input/output error); {MAY_BE_SOUND}: check the disk")
+    monkeypatch.setattr(soundness, "verify_folder", lambda *arguments, **options: (refused,))
+    with pytest.raises(UnreadableShardError, match=r"scene-0001\.h5: can't be read"):
+        write(tmp_path / "report.html", [copied_shards], ReportSettings(no_check=True))

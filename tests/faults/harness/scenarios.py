@@ -128,7 +128,7 @@ SCENARIOS = {
             pace="slow",
         ),
         _scenario(
-            "report: report rendered --out report.html --frames 1",
+            "report: report rendered --out report.html --frames 1 --no-check",
             "rendered",
             "rendered",
             pace="slow",
