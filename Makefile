@@ -67,8 +67,8 @@ demo: $(VENV)/.installed
 	$(VENV)/bin/ogmkit inspect demo/shards
 	$(VENV)/bin/ogmkit preview demo/shards --out demo/pictures/preview --view targets --view footprints --view stretch
 	@echo
-	@echo "Look at demo/tables and demo/pictures; demo/manifest.json says what made what. This demo shows the"
-	@echo "workflow; 20 frames are too few for useful scores."
+	@echo "This demo shows the workflow; 20 frames are too few for useful scores. demo/manifest.json says what made what."
+	@echo "Open demo/report.html: it shows all of it."
 
 test: $(VENV)/.installed-dev
 	$(VENV)/bin/ruff check .

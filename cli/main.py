@@ -40,6 +40,7 @@ COMMANDS = {
     "export-shards": "Write shards for WebDataset, Parquet or Hugging Face.",
     "export-cvt": "Write labels for cross_view_transformers' training code.",
     "preview": "Draw contact sheets of extracted frames.",
+    "report": "Write one HTML file that shows what there is.",
     "cache": "Show or clear the cache of decoded map masks.",
     "doctor": "Show what this installation has, and what it lacks for what.",
 }

@@ -47,8 +47,8 @@ def command(config: Path, planning: bool, as_json: bool) -> None:
     CONFIG is a YAML file: the dataset (`data`), a folder for everything (`out`), and settings of the steps by
     the names that the single commands give them; see examples/ in the repository. The steps: extract,
     homography-fit, train and predict homography, render-footprints, train footprints, baselines and planners,
-    evaluate. OUT gets shards/, runs/, tables/, pictures/, config.yaml and manifest.json, which says what made
-    what.
+    evaluate, report. OUT gets shards/, runs/, tables/, pictures/, config.yaml, report.html, which shows all
+    of it, and manifest.json, which says what made what.
 
     A step that is up to date is skipped; a changed setting rebuilds what depends on it, and nothing else.
     Interrupted at any moment, the same command resumes, and ends with the same tables. What a step needs of
@@ -142,6 +142,7 @@ def _show(config: Config, summary: ChainSummary) -> None:
     click.echo(
         f"{config.out}: tables/, pictures/ ({pictures}), runs/, shards/; manifest.json says what made what"
     )
+    click.echo(f"{summary.report}: open it in a browser; it shows all of this")
 
 
 def _show_left(left: Sequence[Path]) -> None:

@@ -100,8 +100,9 @@ def test_no_module_lies_outside_a_package():
 def test_wheel_holds_every_module_and_nothing_else(wheel):
     modules = {path.relative_to(ROOT).as_posix() for path in (ROOT / "ogmkit").rglob("*.py")}
     modules |= {f"ogmkit_cli/{path.name}" for path in (ROOT / "cli").glob("*.py")}
+    parts = {f"ogmkit/report/report.{ending}" for ending in ("css", "js")}
     packed = {name for name in wheel.namelist() if ".dist-info/" not in name}
-    assert packed == modules | {"ogmkit/py.typed"}
+    assert packed == modules | parts | {"ogmkit/py.typed"}
 
 
 def test_wheel_carries_licence_and_console_script(wheel):

@@ -77,6 +77,7 @@ def test_the_data_commands_work(folder, shards, tiny_dataroot):
         ["inspect", shards],
         ["export-shards", shards, folder / "tars", "--format", "webdataset"],
         ["preview", shards, "--out", folder / "pictures", "--frames", "1"],
+        ["report", shards, "--out", folder / "report.html", "--frames", "1"],
     ):
         result = run(*arguments)
         assert result.returncode == 0, result.stderr

@@ -1,6 +1,6 @@
 """Predictions beside the truth, as in the paper's Fig. 4: one PNG for each run."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from urllib.parse import quote
 
@@ -102,18 +102,35 @@ def _true_masks(shard: Shard, camera: str, index: int) -> UInt8Array:
 
 
 def _planes(view: View, plan: Plan, found: tuple[UInt8Array, UInt8Array]) -> Iterator[Panel]:
-    """Prediction, truth, and where each target differs; vehicles are compared on ground that says nothing."""
-    nothing = np.zeros_like(view.vehicles)
-    drivable, vehicles = found
+    """Prediction, truth, and where each target differs."""
     kinds = {
-        "predicted": target_colours(drivable, vehicles, view.field_of_view),
+        "predicted": target_colours(*found, view.field_of_view),
         "truth": target_colours(view.drivable, view.vehicles, view.field_of_view),
-        "drivable, difference": agreement_colours(
-            (view.drivable, nothing), (drivable, nothing), view.field_of_view
-        ),
-        "vehicles, difference": agreement_colours(
-            (nothing, view.vehicles), (nothing, vehicles), view.field_of_view
-        ),
     }
     for title, colours in kinds.items():
         yield Panel(draw_plane(colours, plan).pixels, title)
+    for target, pixels in differences(view, plan, found).items():
+        yield Panel(pixels, f"{target}, difference")
+
+
+def differences(view: View, plan: Plan, found: tuple[UInt8Array, UInt8Array]) -> Mapping[str, UInt8Array]:
+    """Where a prediction differs from the truth, target by target; of vehicles on ground that says nothing.
+
+    Args:
+        view: the frame.
+        plan: where the planes go.
+        found: (rows, columns) predicted drivable area and vehicles, uint8 0/1.
+
+    Returns:
+        Target → (h, w, 3) uint8 RGB.
+    """
+    nothing = np.zeros_like(view.vehicles)
+    drivable, vehicles = found
+    kinds = {
+        "drivable": ((view.drivable, nothing), (drivable, nothing)),
+        "vehicles": ((nothing, view.vehicles), (nothing, vehicles)),
+    }
+    return {
+        target: draw_plane(agreement_colours(true, other, view.field_of_view), plan).pixels
+        for target, (true, other) in kinds.items()
+    }

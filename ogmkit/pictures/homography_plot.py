@@ -77,6 +77,13 @@ def write_plot(path: Path, summary: HomographySummary) -> None:
         part.write_bytes(writer(drawing))
 
 
+def plot_svg(summary: HomographySummary) -> str:
+    """The plot as an SVG element, to stand in a page."""
+    drawing = Drawing(*_size(summary))
+    _draw(drawing, summary)
+    return svg_of(drawing).decode()
+
+
 def draw(summary: HomographySummary) -> UInt8Array:
     """The plot as (h, w, 3) uint8 RGB."""
     canvas = Canvas(*_size(summary))

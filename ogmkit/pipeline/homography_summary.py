@@ -90,7 +90,7 @@ def read_results(shard: Shard, camera: str, source: str) -> MethodResults:
         reason=shard.strings(camera, f"{group}/reason"),
         rms_px=shard.dataset(camera, f"{group}/rms_px")[:],
         rms_cells=shard.dataset(camera, f"{group}/rms_cells")[:],
-        left_out=LeftOutErrors(refused | ~np.isnan(error_m), refused, error_m, _ranges_m(shard, camera)),
+        left_out=LeftOutErrors(refused | ~np.isnan(error_m), refused, error_m, box_ranges_m(shard, camera)),
     )
 
 
@@ -111,7 +111,7 @@ def joined(parts: Sequence[MethodResults]) -> MethodResults:
     )
 
 
-def _ranges_m(shard: Shard, camera: str) -> FloatArray:
+def box_ranges_m(shard: Shard, camera: str) -> FloatArray:
     """(M,) horizontal distance of each box's centre from its own frame's ego."""
     counts = np.diff(shard.dataset(camera, "boxes/offsets")[:])
     level_from_global = np.repeat(shard.dataset(camera, "level_from_global")[:], counts, axis=0)

@@ -10,6 +10,8 @@ from ogmkit.errors import ShardError, UnreadableShardError
 H5_ERRORS = (OSError, RuntimeError, KeyError, ValueError, TypeError)
 """What h5py raises on damaged files, besides wrong values."""
 
+MAY_BE_SOUND = "the shard may be sound"
+"""What is said of a shard that the system refuses to read."""
 AGAIN = "run `ogmkit extract` again"
 REMEDY = f"remove it and {AGAIN}"
 
@@ -29,7 +31,7 @@ def damaged(path: Path, error: Exception) -> ShardError:
 def unreadable(path: Path, reason: str) -> UnreadableShardError:
     """What to raise where the system refuses to read a shard: nothing is said against the shard."""
     return UnreadableShardError(
-        f"{path}: can't be read ({reason}); the shard may be sound: check permissions and the disk"
+        f"{path}: can't be read ({reason}); {MAY_BE_SOUND}: check permissions and the disk"
     )
 
 

@@ -1,4 +1,4 @@
-"""The whole chain as one run: shards, homographies, masks, networks, both tables, and what made what."""
+"""The whole chain as one run: shards, homographies, masks, networks, tables, a report, what made what."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -15,11 +15,12 @@ from ogmkit.workflow.evaluating import WRITERS, EvaluatePerception, EvaluatePlan
 from ogmkit.workflow.extraction import Extract
 from ogmkit.workflow.needs import require_needs
 from ogmkit.workflow.records import NAME, read_records
+from ogmkit.workflow.reporting import FILE, WriteReport
 from ogmkit.workflow.steps import Action, Progress, Step
 from ogmkit.workflow.training import Train
 
 CONFIG = "config.yaml"
-_OURS = {"shards", "runs", "tables", "pictures", CONFIG, NAME, LOCK}
+_OURS = {"shards", "runs", "tables", "pictures", FILE, CONFIG, NAME, LOCK}
 
 
 @dataclass(frozen=True)
@@ -44,11 +45,13 @@ class ChainSummary:
     Attributes:
         tables: files of the tables, sorted.
         pictures: files of pictures, sorted.
+        report: the page that shows all of it.
         left: RUNs that the configuration knows no more; they are left as they are, and not evaluated.
     """
 
     tables: tuple[Path, ...]
     pictures: tuple[Path, ...]
+    report: Path
     left: tuple[Path, ...]
 
 
@@ -62,7 +65,8 @@ def steps_of(config: Config, writers: Mapping[str, Write] | None = None) -> tupl
     Raises:
         TableError, SettingsError: there is no such dataset, or it has no such version or split file.
     """
-    return tuple(_steps(config, {**WRITERS, **(writers or {})}))
+    made = tuple(_steps(config, {**WRITERS, **(writers or {})}))
+    return (*made, WriteReport(config, tuple(step.name for step in made)))
 
 
 def plan_chain(config: Config, writers: Mapping[str, Write] | None = None) -> tuple[PlannedStep, ...]:
@@ -119,6 +123,7 @@ def run_chain(
     return ChainSummary(
         tables=tuple(path for path in made if path.is_relative_to(config.out / "tables")),
         pictures=tuple(path for path in made if path.is_relative_to(config.out / "pictures")),
+        report=config.out / FILE,
         left=left_runs(config),
     )
 

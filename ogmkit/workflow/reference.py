@@ -11,6 +11,7 @@ from ogmkit.homography.settings import FitSettings
 from ogmkit.learn.catalogue import CATALOGUE, all_settings, readers
 from ogmkit.learn.presets import PRESETS
 from ogmkit.pictures.settings import PreviewSettings
+from ogmkit.report.settings import ReportSettings
 from ogmkit.shards.settings import ExtractSettings
 from ogmkit.synthetic.settings import SynthesisSettings
 from ogmkit.target_settings import TargetSettings
@@ -22,6 +23,7 @@ _COMMANDS = {
     "render-footprints": (FootprintSettings,),
     "evaluate": (EvaluateSettings,),
     "preview": (PreviewSettings,),
+    "report": (ReportSettings,),
 }
 
 

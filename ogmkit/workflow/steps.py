@@ -18,6 +18,7 @@ Action = Literal["skip", "start", "resume", "overwrite"]
 
 EXTRACT, FIT, PREDICT = "extract", "homography-fit", "predict homography"
 PERCEPTION, PLANNING = "evaluate perception", "evaluate planning"
+REPORT = "report"
 
 
 def training(name: str) -> str:

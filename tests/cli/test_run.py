@@ -78,24 +78,28 @@ def test_a_line_for_each_step_then_the_tables_and_where_things_are(write):
     write("planners: [lstm-ed]", steps=2)
     first = run()
     assert first.exit_code == 0, first.stderr
-    lines = [line for line in first.stderr.splitlines() if re.match(r"\d/5 ", line)]
+    lines = [line for line in first.stderr.splitlines() if re.match(r"\d/6 ", line)]
     patterns = [
-        r"1/5 extract: [\d.]+ s; 2 scenes, 32 frames",
-        r"2/5 homography-fit: [\d.]+ s; 2 shards",
-        r"3/5 render-footprints surface: [\d.]+ s; 32 frames",
-        r"4/5 train lstm-ed: [\d.]+ s; 2 steps, best ade \S+",
-        r"5/5 evaluate planning: [\d.]+ s; 4 sequences",
+        r"1/6 extract: [\d.]+ s; 2 scenes, 32 frames",
+        r"2/6 homography-fit: [\d.]+ s; 2 shards",
+        r"3/6 render-footprints surface: [\d.]+ s; 32 frames",
+        r"4/6 train lstm-ed: [\d.]+ s; 2 steps, best ade \S+",
+        r"5/6 evaluate planning: [\d.]+ s; 4 sequences",
+        r"6/6 report: [\d.]+ s",
     ]
     assert len(lines) == len(patterns)
     for line, pattern in zip(lines, patterns, strict=True):
         assert re.fullmatch(pattern, line), line
     assert first.stdout.startswith(Path("out/tables/planning.txt").read_text())
     assert "constant-velocity" in first.stdout
-    assert first.stdout.splitlines()[-1].startswith("out: tables/, pictures/ (2 pictures)")
+    where, report = first.stdout.splitlines()[-2:]
+    assert where.startswith("out: tables/, pictures/ (2 pictures)")
+    assert report.startswith("out/report.html: ")
     again = run()
     assert again.stdout == first.stdout
-    assert re.findall(r"\d/5 (.+): up to date", again.stderr) == [
-        *("extract", "homography-fit", "render-footprints surface", "train lstm-ed", "evaluate planning")
+    assert re.findall(r"\d/6 (.+): up to date", again.stderr) == [
+        *("extract", "homography-fit", "render-footprints surface"),
+        *("train lstm-ed", "evaluate planning", "report"),
     ]
 
 
@@ -125,7 +129,7 @@ def test_a_plan_as_json(write):
     assert (held["out"], held["left"]) == ("out", [])
     assert held["steps"][0] == {"step": "extract", "state": "to be done", "reason": "not done yet"}
     names = ["extract", "homography-fit", "render-footprints surface", "train lstm-ed", "evaluate planning"]
-    assert [step["step"] for step in held["steps"]] == names
+    assert [step["step"] for step in held["steps"]] == [*names, "report"]
     assert {step["state"] for step in held["steps"]} == {"to be done"}
     assert run("--json").exit_code == 2
 

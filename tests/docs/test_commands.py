@@ -101,7 +101,9 @@ def make_world(folder, version="v1.0-mini"):
     synthesize(folder, settings)
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/reproduce.md", "docs/predict.md", "docs/mini.md"])
+@pytest.mark.parametrize(
+    "page", ["README.md", "docs/reproduce.md", "docs/predict.md", "docs/mini.md", "docs/report.md"]
+)
 def test_the_options_of_every_command_exist(page):
     for block in blocks(page, "sh"):
         for arguments in command_lines(block):
@@ -165,6 +167,13 @@ def test_predicting_plans(beside):
     assert json.loads((beside / "plans.json").read_text())
 
 
+@pytest.mark.slow
+def test_reports(beside):
+    run_block(blocks("docs/report.md", "sh")[0])
+
+    assert "Examples of confusion" in (beside / "report.html").read_text(encoding="utf-8")
+
+
 @pytest.fixture(scope="module")
 def readme_folder(tmp_path_factory):
     """A folder in which the README's commands on the user's data ran."""
@@ -177,7 +186,9 @@ def readme_folder(tmp_path_factory):
 
 @pytest.mark.slow
 def test_the_readme_makes_targets(readme_folder):
-    assert {"errors.png", "shards", "pictures"} <= {path.name for path in readme_folder.iterdir()}
+    assert {"errors.png", "shards", "pictures", "report.html"} <= {
+        path.name for path in readme_folder.iterdir()
+    }
 
 
 @pytest.mark.slow
@@ -220,6 +231,6 @@ def test_no_block_is_left_out():
 
     # The blocks of api.md run in tests/test_public.py. That of mini.md needs the dataset itself; its file is
     # read in tests/workflow/test_reading.py.
-    assert with_blocks == {"README.md", "reproduce.md", "predict.md", "api.md", "mini.md"}
-    counts = [len(blocks(page, "sh")) for page in ("README.md", "docs/predict.md")]
-    assert [*counts, len(blocks("docs/predict.md", "json"))] == [3, 2, 3]
+    assert with_blocks == {"README.md", "reproduce.md", "predict.md", "api.md", "mini.md", "report.md"}
+    counts = [len(blocks(page, "sh")) for page in ("README.md", "docs/predict.md", "docs/report.md")]
+    assert [*counts, len(blocks("docs/predict.md", "json"))] == [3, 2, 1, 3]

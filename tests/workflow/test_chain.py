@@ -29,6 +29,7 @@ STEPS = [
     "train mid-to-end",
     "evaluate perception",
     "evaluate planning",
+    "report",
 ]
 
 
@@ -65,7 +66,7 @@ def tables(out):
 def test_one_folder_holds_everything_and_what_made_it(finished):
     assert {path.name for path in finished.iterdir()} == {
         *("shards", "runs", "tables", "pictures"),
-        *("config.yaml", "manifest.json"),
+        *("config.yaml", "manifest.json", "report.html"),
     }
     assert verify_folder(finished / "shards") == ()
     assert {path.name for path in (finished / "runs").iterdir()} == {
@@ -106,6 +107,24 @@ def test_the_tables_have_the_rows_that_were_asked_for(finished):
     assert "ceiling-network" in systems("perception.csv")
     assert systems("planning.csv")[:2] == ["lstm-ed", "mid-to-end"]
     assert (finished / "pictures/planning/lstm-ed-plans.png").is_file()
+
+
+def test_a_page_shows_all_of_it(finished):
+    page = (finished / "report.html").read_text(encoding="utf-8")
+    sections = ("extracted", "sound", "perception", "planning", "trainings", "frames", "examples")
+    assert all(f'<section id="{name}"' in page for name in sections)
+    assert "frames of split val, threshold 0.5, masks warped by homography network" in page
+
+
+def test_a_report_that_is_gone_is_written_again_as_it_was(out, chain_config):
+    before = (out / "report.html").read_bytes()
+    (out / "report.html").unlink()
+    config = chain_config(out)
+    assert pending(config) == {"report": "report.html is gone"}
+    assert run_chain(config).report == out / "report.html"
+    where = str(out).encode()
+    assert where in (out / "report.html").read_bytes()
+    assert len((out / "report.html").read_bytes()) > len(before) / 2
 
 
 def test_it_is_done_once(out, chain_config):
@@ -164,7 +183,8 @@ CHANGES = [
 def test_a_change_does_anew_what_depends_on_it(finished, chain_config, changes, names):
     found = list(pending(chain_config(finished, **changes)))
     planners = ["evaluate planning"] if "planners" in changes else []
-    assert found == [*names, *planners]
+    expected = [name for name in (*names, *planners) if name != "report"]
+    assert found == expected + ["report"] * bool(expected)
 
 
 def test_a_planners_learning_rate_trains_that_planner_and_scores_planners(out, chain_config):
@@ -174,8 +194,9 @@ def test_a_planners_learning_rate_trains_that_planner_and_scores_planners(out, c
     assert pending(config) == {
         "train lstm-ed": "lr is 0.5 here but 0.001 there",
         "evaluate planning": "after train lstm-ed",
+        "report": "after train lstm-ed",
     }
-    assert done(config) == ["train lstm-ed", "evaluate planning"]
+    assert done(config) == ["train lstm-ed", "evaluate planning", "report"]
     now = tables(out)
     assert {name for name in now if now[name] != before[name]} == {
         f"planning.{ending}" for ending in ("md", "csv", "json", "tex")
@@ -211,7 +232,7 @@ def test_what_is_gone_is_made_again_and_nothing_else(out, chain_config):
 def test_other_shards_replace_those_that_are_there(out, chain_config):
     trained = ("homography", "footprints", "planners")
     config = chain_config(out, trained, extract={"min_visibility": 1}, scenes=["scene-0002"])
-    assert done(config) == ["extract", "homography-fit", "render-footprints surface"]
+    assert done(config) == ["extract", "homography-fit", "render-footprints surface", "report"]
     assert verify_folder(out / "shards") == ()
     manifest = read_manifest(out / "shards")
     assert [entry.scene for entry in manifest.shards] == ["scene-0002"]
@@ -220,7 +241,7 @@ def test_other_shards_replace_those_that_are_there(out, chain_config):
 
 def test_homographies_of_an_earlier_configuration_stay_out_of_the_table(out, tmp_path, chain_config):
     less = ("homography", "planners")
-    assert done(chain_config(out, less)) == ["train footprints", "evaluate perception"]
+    assert done(chain_config(out, less)) == ["train footprints", "evaluate perception", "report"]
     assert homographies_in(out / "shards") == ("network", "surface")
     run_chain(chain_config(tmp_path / "new", less))
     for name in ("perception.csv", "perception.json"):
@@ -287,7 +308,7 @@ def test_the_dataset_is_known_by_its_content(tmp_path, finished, world, chain_co
 def test_a_copy_of_the_dataset_is_another_only_where_shards_refer_to_it(tmp_path, world, chain_config):
     data = shutil.copytree(world, tmp_path / "world")
     trained = ("homography", "footprints", "planners")
-    for images, names in (("bytes", []), ("reference", ["extract", "homography-fit", STEPS[4]])):
+    for images, names in (("bytes", []), ("reference", ["extract", "homography-fit", STEPS[4], "report"])):
         extract, out = {"images": images}, tmp_path / images
         run_chain(chain_config(out, trained, extract=extract))
         assert list(pending(chain_config(out, trained, extract=extract, data=str(data)))) == names

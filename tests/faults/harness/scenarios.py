@@ -127,6 +127,12 @@ SCENARIOS = {
             "rendered",
             pace="slow",
         ),
+        _scenario(
+            "report: report rendered --out report.html --frames 1 --no-check",
+            "rendered",
+            "rendered",
+            pace="slow",
+        ),
         _scenario("cache: cache --cache-dir cache --json", "cache", "cache", speaks=True),
         _scenario("cache clear: cache --cache-dir cache --clear", "cache"),
         _scenario(

@@ -1,0 +1,56 @@
+"""A browser for pages, and shards with names that would break a careless one."""
+
+import importlib.util
+import shutil
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import h5py
+import pytest
+
+from ogmkit.shards.manifest import read_manifest, write_manifest
+
+HOSTILE = """</script><img src=x onerror="document.title='broken'"> & 'more'"""
+"""A scene's name, in a manifest and a shard."""
+
+
+@pytest.fixture(scope="session")
+def chromium():
+    found = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    if found is None:
+        pytest.skip("no Chromium is installed: apt-get install chromium")
+    return found
+
+
+@pytest.fixture(scope="session")
+def browse(chromium, tmp_path_factory):
+    """A browser: `with browse(dark=True) as page`."""
+    place = Path(__file__).with_name("browser.py")
+    spec = importlib.util.spec_from_file_location("browser", place)
+    module = sys.modules["browser"] = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return lambda **options: module.Browser(chromium, tmp_path_factory.mktemp("browser"), **options)
+
+
+@pytest.fixture(scope="session")
+def hostile_scene():
+    return HOSTILE
+
+
+@pytest.fixture(scope="session")
+def hostile_shards(shared_folder, sample_shards):
+    """The sample shards, the first scene with a hostile name and a reason with another; only read."""
+
+    def fill(folder):
+        out = shutil.copytree(sample_shards, folder / "out")
+        manifest = read_manifest(out)
+        path = out / manifest.shards[0].file
+        with h5py.File(path, "r+") as h5:
+            h5.attrs["scene"] = HOSTILE
+            h5["CAM_FRONT/homography/dlt/reason"][0] = "<b onclick=x>too few</b>"
+            h5["CAM_FRONT/homography/dlt/valid"][0] = False
+        first = replace(manifest.shards[0], scene=HOSTILE, bytes=path.stat().st_size)
+        write_manifest(out, replace(manifest, shards=(first, *manifest.shards[1:])))
+
+    return shared_folder("hostile", fill) / "out"
