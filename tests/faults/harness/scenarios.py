@@ -42,7 +42,7 @@ class Scenario:
     @property
     def needs_torch(self) -> bool:
         """Whether it imports what makes every later fork slow."""
-        return self.arguments[0] in ("train", "predict", "evaluate", "adapt", "export", "run")
+        return self.arguments[0] in ("train", "predict", "evaluate", "adapt", "export", "run", "doctor")
 
     @property
     def names(self) -> set[str]:
@@ -135,6 +135,7 @@ SCENARIOS = {
         ),
         _scenario("cache: cache --cache-dir cache --json", "cache", "cache", speaks=True),
         _scenario("cache clear: cache --cache-dir cache --clear", "cache"),
+        _scenario("doctor: doctor --json", "cache", "cache"),
         _scenario(
             "train planner: train lstm-ed plans --out run --batch-size 2 --limit-frames 4 --max-steps 3 "
             "--checkpoint-every 1 --workers 0",
