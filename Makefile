@@ -23,7 +23,7 @@ help:
 	@echo "make test         linters, types, import contract and tests"
 	@echo "make slow         the long tests: four frames, four sequences learnt by heart, kills, masks of real size"
 	@echo "make pictures     the pictures of README.md and docs/ that need no training"
-	@echo "make harden       faults, kills and broken inputs for every command; resumes; takes an hour and a half"
+	@echo "make harden       faults, kills and broken inputs for every command, 90 minutes at a time; resumes"
 	@echo "make mutants      change the exact modules one place at a time: do their own tests notice? half an hour"
 	@echo "make conformance  ogmkit beside the official nuScenes devkit, in $(DEVKIT)"
 	@echo "make bench        the figures of docs/performance.md, measured side by side"

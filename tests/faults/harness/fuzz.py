@@ -81,8 +81,9 @@ class Fuzz:
         path = random.choice(sorted(self._bench.case.glob(kind.files)))
         way = random.choice(kind.ways)
         way(path, random)
+        named = {*outcome.names_of(sound[1]), *scenario.names, path.name, path.stem, *_paths_in(path)}
         ended = self._bench.forker.command(scenario.arguments)
-        found = outcome.of_end(ended, {*outcome.names_of(sound[1]), *scenario.names, path.name, path.stem})
+        found = outcome.of_end(ended, named)
         if found == outcome.OK:
             found = self._result(kind, scenario, ended, sound)
         tally.add(f"{kind.name}: {seed}: {scenario.name}, {path.name} by {way.__name__}", found, ended)
@@ -126,6 +127,14 @@ class Fuzz:
             verified = self._bench.forker.command(("verify", scenario.verified))
             return outcome.OK if verified.code == 0 else outcome.WRONG
         return outcome.OK
+
+
+def _paths_in(path: Path) -> set[str]:
+    """What a YAML file says of other files: a good message may name these."""
+    if path.suffix != ".yaml" or not path.is_file():
+        return set()
+    words = path.read_text(encoding="utf-8", errors="replace").split()
+    return {word.strip("'\"") for word in words if "/" in word}
 
 
 def _given(scenario: Scenario, kind: Broken, case: Path) -> set[str]:

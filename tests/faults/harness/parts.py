@@ -98,9 +98,9 @@ class Worker:
 
     def run(self, part: Part, folder: Path, until: float) -> None:
         """Go on with a part until it is done or the time (`time.monotonic`) is up; keep its counts."""
-        before = read_counts(folder, part)
-        if before.get("done") is not None and before["done"] >= before["cases"]:
+        if is_done(folder, part):
             return
+        before = read_counts(folder, part)
         cases = self.cases(part)
         tally = Tally(Counter(before.get("outcomes", {})), before.get("bad", []), before.get("missed", 0))
         done, start = before.get("done", 0), time.monotonic()
@@ -115,6 +115,7 @@ class Worker:
             "group": part.group,
             "name": part.name,
             "cases": max(len(cases), done),  # a part may have been larger once
+            "most": part.most,
             "done": done,
             "seconds": seconds,
         }
@@ -138,7 +139,7 @@ def read_counts(folder: Path, part: Part) -> dict[str, Any]:
 def is_done(folder: Path, part: Part) -> bool:
     """Whether all its cases were tried."""
     counts = read_counts(folder, part)
-    return bool(counts) and counts["done"] >= counts["cases"]
+    return bool(counts) and counts["done"] >= counts["cases"] and counts["most"] >= part.most
 
 
 def _bound(function: Callable[..., None], *values: object) -> Case:
