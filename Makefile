@@ -15,7 +15,7 @@ EXACT := $(addprefix tests/,geometry raster homography footprints metrics test_g
 
 .DEFAULT_GOAL := help
 .PHONY: help install demo test slow pictures harden mutants conformance conformance-env environments bench bench-learn bench-plan \
-	bench-tables bench-real bench-scale
+	bench-tables bench-real bench-scale demo-start
 
 help:
 	@echo "make install      $(VENV) with the ogmkit command and what training needs"
@@ -68,7 +68,7 @@ demo: $(VENV)/.installed
 	$(VENV)/bin/ogmkit inspect demo/shards
 	$(VENV)/bin/ogmkit preview demo/shards --out demo/pictures/preview --view targets --view footprints --view stretch
 	@echo
-	@echo "This demo shows the workflow; 20 frames are too few for useful scores. demo/manifest.json says what made what."
+	@echo "20 frames are too few to learn from; planners start from other synthetic scenes. demo/manifest.json says what made what."
 	@echo "Open demo/report.html: it shows all of it."
 
 test: $(VENV)/.installed-dev
@@ -129,3 +129,7 @@ bench-real: $(VENV)/.installed-dev
 # Leave the machine alone meanwhile; a part at a time, and what is there is kept.
 bench-scale: $(VENV)/.installed
 	$(VENV)/bin/python benchmarks/scale.py $(SCALE)
+
+# The weights that the demo's planners start from: half an hour of a core.
+demo-start: $(VENV)/.installed
+	OMP_NUM_THREADS=1 $(VENV)/bin/python fixtures/make_demo_start.py
