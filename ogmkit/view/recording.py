@@ -1,0 +1,94 @@
+"""Where a recording goes: into a file that is whole or absent, or to a viewer that is started for it."""
+
+import os
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from ogmkit.base.atomic import replacing
+from ogmkit.errors import OutputError
+
+APPLICATION = "ogmkit"
+_BLOCK = 1 << 16
+
+
+@contextmanager
+def recording_to(save: Path | None, name: str, blueprint: Any) -> Iterator[Any]:  # noqa: ANN401  # Rerun's
+    """A stream to log to.
+
+    Args:
+        save: the file; None starts a viewer.
+        name: of the recording.
+        blueprint: how the viewer begins.
+
+    Raises:
+        OutputError: the file can't be written, or there is no viewer or no screen for it.
+    """
+    import rerun as rr  # noqa: PLC0415  # comes with the extra `view`
+
+    if save is None:
+        _require_screen()
+    stream = rr.RecordingStream(APPLICATION)
+    stream.set_log_time_enabled(False)
+    stream.set_log_tick_enabled(False)
+    if not stream.is_enabled():
+        raise OutputError("Rerun is switched off by the variable RERUN; unset it, then run again")
+    if save is None:
+        try:
+            stream.spawn(default_blueprint=blueprint)
+        except (RuntimeError, OSError) as error:
+            raise OutputError(
+                f"the viewer doesn't start ({error}); write a file with --save FILE.rrd"
+            ) from error
+        stream.send_recording_name(name)
+        yield stream
+        stream.flush()
+        stream.disconnect()
+        return
+    with replacing(save) as part, part.open("wb") as file, _piped(file) as pipe:
+        stream.save(pipe, default_blueprint=blueprint)
+        try:
+            stream.send_recording_name(name)
+            yield stream
+        finally:
+            stream.disconnect()
+
+
+def _require_screen() -> None:
+    if sys.platform.startswith("linux") and not {"DISPLAY", "WAYLAND_DISPLAY"} & {
+        name for name, value in os.environ.items() if value
+    }:
+        raise OutputError("there is no screen to show the viewer on; write a file with --save FILE.rrd")
+
+
+@contextmanager
+def _piped(file: BinaryIO) -> Iterator[str]:
+    """A name to write to, whose bytes go into a file.
+
+    Rerun says nothing of what the system refuses while it writes, and waits for ever then: so it writes into a pipe.
+    """
+    reader, writer = os.pipe()
+    refused: list[OSError] = []
+    copying = threading.Thread(target=_copy, args=(reader, file, refused), daemon=True)
+    copying.start()
+    try:
+        yield f"/dev/fd/{writer}"
+    finally:
+        os.close(writer)
+        copying.join()
+    if refused:
+        raise refused[0]
+
+
+def _copy(reader: int, file: BinaryIO, refused: list[OSError]) -> None:
+    """Copy until the other end is closed; after a refusal the rest is read all the same."""
+    with open(reader, "rb", buffering=0) as source:
+        while block := source.read(_BLOCK):
+            if not refused:
+                try:
+                    file.write(block)
+                except OSError as error:
+                    refused.append(error)
