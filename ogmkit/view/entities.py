@@ -1,8 +1,9 @@
 """A frame as entities of a recording: what stands at which place of the tree.
 
-Places begin with the scene. Below it, `CAM_FRONT` and the like are level frames, x ahead, y left, z up in metres; below
-these, `camera` is the camera's frame with its image in pixels. `plane/CAM_FRONT` is in cells. Rerun counts
-pixels and cells from the corner of the first one, not from its centre: all is half of one further there.
+Places begin with the scene. Below it, `CAM_FRONT` and the like are level frames, x ahead, y left, z up in
+metres; below these, `camera` is the camera's frame with its image in pixels. `plane/CAM_FRONT` is in cells.
+Rerun counts pixels and cells from the corner of the first one, not from its centre: all is half of one
+further there.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -105,7 +106,10 @@ def frame_entities(camera: Camera, frame: CameraFrame) -> Iterator[Entity]:
 def predicted_entities(
     camera: Camera, name: str, predicted: Predicted | None, size: tuple[int, int]
 ) -> Iterator[Entity]:
-    """What a run predicted of a frame whose image has that (height, width); where nothing, what was is removed."""
+    """What a run predicted of a frame, whose image is of that (height, width).
+
+    Where there is nothing, what was there before is removed.
+    """
     import rerun as rr  # noqa: PLC0415  # comes with the extra `view`
 
     parts = ("predictions", name)
@@ -178,7 +182,7 @@ def _in_image(camera: Camera, frame: CameraFrame) -> Iterator[Entity]:
         yield camera.image("footprints", name), _resized(frame.image_size, masks["vehicles"].shape)
         yield from _masks(camera.image, ("footprints", name), masks)
     for name, bev_from_image in frame.homographies.items():
-        found = [] if bev_from_image is None else ground_lines(camera.grid, bev_from_image)
+        found = [] if bev_from_image is None else ground_lines(camera.grid, bev_from_image, frame.image_size)
         colours = [theme().first] * len(found)
         yield camera.image("homography", name), rr.LineStrips2D(found, colors=colours, draw_order=30.0)
 
@@ -189,10 +193,10 @@ def _on_plane(camera: Camera, frame: CameraFrame) -> Iterator[Entity]:
     further = numbered(camera.rasters)
     for order, (name, raster) in enumerate(frame.rasters.items()):
         if name == "field_of_view":
-            ids, opacity = np.where(raster > 0, NOTHING, UNSEEN).astype(np.uint8), 1.0
+            ids = np.where(raster > 0, NOTHING, UNSEEN).astype(np.uint8)
         else:
-            ids, opacity = raster * np.uint8(OF_TARGETS[name] if name in OF_TARGETS else further[name]), 1.0
-        yield camera.plane(name), rr.SegmentationImage(ids, opacity=opacity, draw_order=float(order))
+            ids = raster * np.uint8(OF_TARGETS[name] if name in OF_TARGETS else further[name])
+        yield camera.plane(name), rr.SegmentationImage(ids, opacity=1.0, draw_order=float(order))
     if frame.instances is not None:
         yield camera.plane("instances"), rr.SegmentationImage(frame.instances, draw_order=30.0)
 
@@ -237,26 +241,39 @@ def _projected(frame: CameraFrame) -> tuple[list[FloatArray], list[int]]:
     strips, numbers = [], []
     corners = box_corners(frame.camera_from_box, frame.boxes.size_wlh)
     for box, category in zip(corners, frame.boxes.category, strict=True):
+        if box[:, 2].max() <= _NEAR_M:
+            continue
         for edge in EDGES:
             visible = clip_near_plane(box[list(edge)], _NEAR_M)
-            if len(visible) > 1:
-                strips.append(project(frame.intrinsics, visible)[0] + CORNER)
+            pixels = project(frame.intrinsics, visible)[0] + CORNER
+            if len(visible) > 1 and _meets(pixels, frame.image_size):
+                strips.append(pixels)
                 numbers.append(box_class(category))
     return strips, numbers
 
 
-def ground_lines(grid: GridSpec, bev_from_image: FloatArray) -> list[FloatArray]:
-    """Where a homography sees the grid's lines of every 10 m: strips of (K, 2) pixels, from the corner.
+def _meets(pixels: FloatArray, size: tuple[int, int]) -> bool:
+    """Whether the rectangle round (K, 2) pixels overlaps an image of that (height, width)."""
+    low, high = pixels.min(axis=0), pixels.max(axis=0)
+    return bool((high >= 0).all() and (low <= size[::-1]).all())
 
-    Points behind the camera, where w is not positive, are left out.
+
+def ground_lines(grid: GridSpec, bev_from_image: FloatArray, size: tuple[int, int]) -> list[FloatArray]:
+    """Where a homography sees the grid's lines of every 10 m in an image of that (height, width).
+
+    Returns:
+        Strips of (K, 2) pixels, from the corner; a point a metre, as far as these lie in the image and
+        before the camera, where w is positive.
     """
     image_from_bev = np.linalg.inv(bev_from_image)
     strips = []
     for line in _lines(grid):
         pixels = np.column_stack([grid.cells(line), np.ones(len(line))]) @ image_from_bev.T
         before = pixels[pixels[:, 2] > 0]
-        if len(before) > 1:
-            strips.append(before[:, :2] / before[:, 2:] + CORNER)
+        found = before[:, :2] / before[:, 2:] + CORNER
+        inside = found[((found >= 0) & (found <= size[::-1])).all(axis=1)]
+        if len(inside) > 1:
+            strips.append(inside)
     return strips
 
 

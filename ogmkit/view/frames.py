@@ -147,16 +147,14 @@ def read_frame(shard: Shard, camera: str, index: int, dataroot: Path | None) -> 
         rasters=({} if drivable is None else {"drivable": drivable}) | {name: row(name) for name in names},
         instances=row("instances/id") if targets.instances else None,
         lidar=_lidar(shard, camera, index) if targets.lidar else None,
-        footprints={name: _masks(shard, camera, name, index) for name in _added(shard, camera, "footprints")},
+        footprints={
+            name: _masks(shard, camera, name, index) for name in shard.added(camera, schema.FOOTPRINTS.name)
+        },
         homographies={
             name: row(f"homography/{name}/bev_from_image") if row(f"homography/{name}/valid") else None
-            for name in _added(shard, camera, "homography")
+            for name in shard.added(camera, schema.HOMOGRAPHY.name)
         },
     )
-
-
-def _added(shard: Shard, camera: str, kind: str) -> tuple[str, ...]:
-    return shard.added(camera, kind)
 
 
 def _lidar(shard: Shard, camera: str, index: int) -> Float32Array:

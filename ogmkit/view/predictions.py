@@ -143,8 +143,9 @@ class Reader:
         for mask in found["bev"].values():
             if mask.shape != self.source.grid.shape:
                 raise DataFileError(
-                    f"{path}: {place.camera}: has masks of {mask.shape[0]} × {mask.shape[1]} cells, the shards "
-                    f"{self.source.grid.rows} × {self.source.grid.columns}; choose predictions of these shards"
+                    f"{path}: {place.camera}: has masks of {mask.shape[0]} × {mask.shape[1]} cells, "
+                    f"the shards {self.source.grid.rows} × {self.source.grid.columns}; choose predictions "
+                    "of these shards"
                 )
         return Predicted(found["bev"], found["image"], None)
 
@@ -153,7 +154,7 @@ def open_predictions(paths: Sequence[Path], scenes: Sequence[str], grid: GridSpe
     """Find what was predicted.
 
     Args:
-        paths: folders that `ogmkit predict SYSTEM --out` wrote, and files that `ogmkit predict plan --out` did.
+        paths: folders that `ogmkit predict SYSTEM --out` wrote, and files of `ogmkit predict plan --out`.
         scenes: that are shown; each path must have some of them.
         grid: of the shards.
 
@@ -191,7 +192,8 @@ def _read_plans(path: Path) -> dict[tuple[str, str, int], tuple[str, Plan]]:
         raise DataFileError(f"{path}: can't be read ({error.strerror}); {_AGAIN}") from error
     except (*MALFORMED, RecursionError) as error:
         raise DataFileError(
-            f"{path}: holds no plans of shards ({type(error).__name__}: {error}); choose a file of `ogmkit predict plan`"
+            f"{path}: holds no plans of shards ({type(error).__name__}: {error}); "
+            "choose a file of `ogmkit predict plan`"
         ) from error
 
 
@@ -211,8 +213,8 @@ def _masks(probabilities: Any) -> dict[str, UInt8Array]:  # noqa: ANN401  # an a
 def _require_same(path: Path, place: Place, token: str) -> None:
     if token != place.token:
         raise DataFileError(
-            f"{path}: {place.scene}, {place.camera}, frame {place.index}: is of another key frame than in the "
-            "shard; choose predictions of these shards"
+            f"{path}: {place.scene}, {place.camera}, frame {place.index}: is of another key frame than in "
+            "the shard; choose predictions of these shards"
         )
 
 

@@ -13,6 +13,8 @@ from ogmkit.errors import OutputError
 
 APPLICATION = "ogmkit"
 _BLOCK = 1 << 16
+_PATIENCE_S = 60.0
+"""With a viewer that takes nothing more."""
 
 
 @contextmanager
@@ -43,18 +45,36 @@ def recording_to(save: Path | None, name: str, blueprint: Any) -> Iterator[Any]:
             raise OutputError(
                 f"the viewer doesn't start ({error}); write a file with --save FILE.rrd"
             ) from error
-        stream.send_recording_name(name)
-        yield stream
-        stream.flush()
-        stream.disconnect()
+        with _named(stream, name):
+            yield stream
         return
     with replacing(save) as part, part.open("wb") as file, _piped(file) as pipe:
         stream.save(pipe, default_blueprint=blueprint)
-        try:
-            stream.send_recording_name(name)
+        with _named(stream, name):
             yield stream
-        finally:
-            stream.disconnect()
+
+
+def flush(stream: Any) -> None:  # noqa: ANN401  # Rerun's
+    """Wait until all that was logged is written, so that no more than that is held in memory.
+
+    Raises:
+        OutputError: the viewer no longer takes it.
+    """
+    try:
+        stream.flush(timeout_sec=_PATIENCE_S)
+    except (RuntimeError, OSError) as error:
+        raise OutputError(f"the recording can't be passed on ({error}); run again") from error
+
+
+@contextmanager
+def _named(stream: Any, name: str) -> Iterator[None]:  # noqa: ANN401  # Rerun's
+    """A recording with a name, closed at the end."""
+    try:
+        stream.send_recording_name(name)
+        yield
+        flush(stream)
+    finally:
+        stream.disconnect()
 
 
 def _require_screen() -> None:
@@ -68,7 +88,7 @@ def _require_screen() -> None:
 def _piped(file: BinaryIO) -> Iterator[str]:
     """A name to write to, whose bytes go into a file.
 
-    Rerun says nothing of what the system refuses while it writes, and waits for ever then: so it writes into a pipe.
+    Where the system refuses to write, Rerun says nothing and waits for ever: so it writes into a pipe.
     """
     reader, writer = os.pipe()
     refused: list[OSError] = []

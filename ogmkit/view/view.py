@@ -1,6 +1,6 @@
 """Shards and predictions as a Rerun recording, a key frame at a time."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,11 +14,13 @@ from ogmkit.base.names import matching
 from ogmkit.drawing.palette import ThemeName, themed
 from ogmkit.errors import OutputError
 from ogmkit.pipeline.amendment import chosen_cameras
+from ogmkit.shards import schema
 from ogmkit.shards.listed import listed_shard
 from ogmkit.shards.manifest import Manifest, ShardEntry, read_manifest
 from ogmkit.shards.reader import Shard
 from ogmkit.view.entities import (
     Camera,
+    Entity,
     frame_entities,
     lost_entities,
     predicted_entities,
@@ -27,7 +29,7 @@ from ogmkit.view.entities import (
 from ogmkit.view.frames import Moment, moments, read_frame, shown_rasters
 from ogmkit.view.layout import SceneLayout, blueprint
 from ogmkit.view.predictions import Place, Reader, Source, open_predictions
-from ogmkit.view.recording import recording_to
+from ogmkit.view.recording import flush, recording_to
 
 TIME, FRAME = "time", "frame"
 """Timelines: the image's own time, and the key frame's place in its scene."""
@@ -90,25 +92,38 @@ def view(
     names, grid = [entry.scene for entry in entries], manifest.settings.targets.grid
     sources = open_predictions(shown.predictions, names, grid)
     with themed(shown.theme):
-        layouts, counts = [], []
+        layouts, total = [], 0
         for entry in entries:
             with listed_shard(out, entry) as shard:
                 layouts.append(_layout(shard, cameras, sources))
-                counts.append(len(moments(shard, cameras)))
-        total, done = sum(counts), 0
+                total += len(moments(shard, cameras))
         with recording_to(save, out.resolve().name, blueprint(layouts)) as stream:
+            done = 0
             for entry, layout in zip(entries, layouts, strict=True):
-                with listed_shard(out, entry) as shard, ExitStack() as stack:
-                    readers = [stack.enter_context(one.opened(entry.scene)) for one in sources]
-                    scene = _Scene(shard, layout.cameras, readers, shown.dataroot)
-                    _log(stream, scene_entities(entry.scene, layout.cameras), static=True)
-                    for moment in moments(shard, cameras):
-                        scene.log(stream, moment)
-                        stream.flush()
+                with listed_shard(out, entry) as shard:
+                    for _ in _record(stream, shard, layout, sources, shown.dataroot):
                         done += 1
                         if on_progress is not None:
                             on_progress(done, total)
     return total
+
+
+def _record(
+    stream: Any,  # noqa: ANN401  # Rerun's
+    shard: Shard,
+    layout: SceneLayout,
+    sources: Sequence[Source],
+    dataroot: Path | None,
+) -> Iterator[Moment]:
+    """Log a scene; yields each key frame when it is written."""
+    with ExitStack() as stack:
+        readers = [stack.enter_context(one.opened(layout.scene)) for one in sources]
+        scene = _Scene(shard, layout.cameras, readers, dataroot)
+        _log(stream, scene_entities(layout.scene, layout.cameras), static=True)
+        for moment in moments(shard, [one.channel for one in layout.cameras]):
+            scene.log(stream, moment)
+            flush(stream)
+            yield moment
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,7 +153,7 @@ class _Scene:
                 _log(stream, predicted_entities(camera, reader.source.name, found, frame.image_size))
 
 
-def _log(stream: Any, entities: Any, *, static: bool = False) -> None:  # noqa: ANN401  # Rerun's
+def _log(stream: Any, entities: Iterable[Entity], *, static: bool = False) -> None:  # noqa: ANN401  # Rerun's
     for place, archetype in entities:
         stream.log(place, archetype, static=static)
 
@@ -156,10 +171,11 @@ def _entries(manifest: Manifest, out: Path, scenes: Sequence[str]) -> tuple[Shar
 def _layout(shard: Shard, cameras: Sequence[str], sources: Sequence[Source]) -> SceneLayout:
     rasters = shown_rasters(shard)
     return SceneLayout(
-        shard.scene,
-        tuple(Camera(shard.scene, one, shard.grid, rasters) for one in cameras),
-        *(_names(shard, cameras, kind) for kind in ("footprints", "homography")),
-        tuple(one.name for one in sources if one.has(shard.scene)),
+        scene=shard.scene,
+        cameras=tuple(Camera(shard.scene, one, shard.grid, rasters) for one in cameras),
+        footprints=_names(shard, cameras, schema.FOOTPRINTS.name),
+        homographies=_names(shard, cameras, schema.HOMOGRAPHY.name),
+        predictions=tuple(one.name for one in sources if one.has(shard.scene)),
     )
 
 

@@ -12,9 +12,9 @@ def rerun():
 
 @pytest.fixture(scope="session")
 def read_back(rerun):
-    """Place → component → rows of (frame, time in ns, value), in the order of time; static ones have no stamp.
+    """Place → component → rows of (frame, time in ns, value), in the order of time: `read_back(path)`.
 
-    `read_back(path)` of a recording; a value is what Arrow has as Python's.
+    Static ones have no stamp; a value is what Arrow has, as Python's.
     """
     from rerun.chunk import RrdReader
 
@@ -25,28 +25,36 @@ def read_back(rerun):
         for chunk in reader.store().stream().collect().stream():
             batch = chunk.to_record_batch()
             columns = dict(zip(batch.schema.names, batch.columns, strict=True))
-            count = batch.num_rows
-            stamps = [(None, None)] * count
+            stamps = [(None, None)] * batch.num_rows
             if not chunk.is_static:
+                assert sorted(chunk.timeline_names) == ["frame", "time"]
                 frames, times = (columns[name].cast("int64").to_pylist() for name in ("frame", "time"))
                 stamps = list(zip(frames, times, strict=True))
             for name, column in columns.items():
-                if ":" in name and not name.startswith("rerun"):
+                if name not in ("frame", "time"):
                     rows = zip(stamps, column.to_pylist(), strict=True)
                     found[chunk.entity_path][name].extend((*stamp, value) for stamp, value in rows)
         for components in found.values():
             for rows in components.values():
-                rows.sort(key=lambda row: (row[1] is not None, row[1]))
-        return found
+                rows.sort(key=lambda row: row[1] or 0)
+        return {place: dict(components) for place, components in found.items()}
 
     return read
 
 
 @pytest.fixture(scope="session")
-def recorded(rerun, sample_shards, tmp_path_factory, read_back):
-    """The sample shards, recorded and read back."""
-    from ogmkit.view.view import view
+def record(rerun, read_back):
+    """Record shards and read that back: `record(shards, path, **shown)`."""
+    from ogmkit.view.view import Shown, view
 
-    path = tmp_path_factory.mktemp("recorded") / "samples.rrd"
-    assert view(sample_shards, path) == 16
-    return read_back(path)
+    def make(shards, path, **shown):
+        view(shards, path, Shown(**shown))
+        return read_back(path)
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def recorded(record, sample_shards, tmp_path_factory):
+    """The sample shards."""
+    return record(sample_shards, tmp_path_factory.mktemp("recorded") / "samples.rrd")
