@@ -219,7 +219,6 @@ def _plan(camera: Camera, parts: tuple[str, ...], plan: Plan) -> Iterator[Entity
     outlines = [
         ellipse(mean, sigma, rho, SHARE)
         for mean, sigma, rho in zip(plan.mean, plan.sigma, plan.rho.tolist(), strict=True)
-        if np.isfinite(sigma).all()
     ]
     cells = [camera.grid.cells(one) + CORNER for one in (points, *outlines)]
     lines = rr.LineStrips2D(cells, colors=[theme().second] * len(cells), draw_order=50.0)

@@ -9,6 +9,7 @@ import numpy as np
 
 from ogmkit.frames import Boxes
 from ogmkit.geometry.se3 import inverse
+from ogmkit.pictures.masks import valid_homography
 from ogmkit.pictures.views import image_file
 from ogmkit.shards import schema
 from ogmkit.shards.reader import Shard
@@ -151,7 +152,7 @@ def read_frame(shard: Shard, camera: str, index: int, dataroot: Path | None) -> 
             name: _masks(shard, camera, name, index) for name in shard.added(camera, schema.FOOTPRINTS.name)
         },
         homographies={
-            name: row(f"homography/{name}/bev_from_image") if row(f"homography/{name}/valid") else None
+            name: valid_homography(shard, camera, name, index) if row(f"homography/{name}/valid") else None
             for name in shard.added(camera, schema.HOMOGRAPHY.name)
         },
     )

@@ -201,10 +201,16 @@ def _plan(points: Sequence[Mapping[str, Any]]) -> Plan:
     def column(*names: str) -> Any:  # noqa: ANN401  # an array
         return np.array([[float(point[name]) for name in names] for point in points])
 
-    return Plan(column("x", "y"), column("sigma_x", "sigma_y"), column("rho")[:, 0])
+    plan = Plan(column("x", "y"), column("sigma_x", "sigma_y"), column("rho")[:, 0])
+    numbers = np.concatenate([plan.mean, plan.sigma, plan.rho[:, None]], axis=1)
+    if not np.isfinite(numbers).all() or (plan.sigma < 0).any() or (np.abs(plan.rho) > 1).any():
+        raise ValueError("numbers that are no Gaussian")
+    return plan
 
 
 def _masks(probabilities: Any) -> dict[str, UInt8Array]:  # noqa: ANN401  # an array of the file
+    if probabilities.ndim != len("chw") or not probabilities.size:
+        raise ValueError(f"masks of shape {probabilities.shape}")
     return {
         target: (one > THRESHOLD).astype(np.uint8) for target, one in zip(TARGETS, probabilities, strict=True)
     }
@@ -224,6 +230,6 @@ def _reading(path: Path) -> Iterator[None]:
         yield
     except DataFileError:
         raise
-    except H5_ERRORS as error:
+    except (*H5_ERRORS, LookupError) as error:
         reason = refusal(error) or f"is damaged ({error})"
         raise DataFileError(f"{path}: {reason}; {_AGAIN}") from error
