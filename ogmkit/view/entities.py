@@ -6,78 +6,28 @@ Rerun counts pixels and cells from the corner of the first one, not from its cen
 further there.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
-import cv2
 import numpy as np
 
 from ogmkit.drawing.palette import theme
-from ogmkit.geometry.boxes import EDGES, box_corners
-from ogmkit.geometry.camera import project
-from ogmkit.geometry.polygons import clip_near_plane
-from ogmkit.grid import GridSpec
 from ogmkit.metrics.gaussian import ellipse
 from ogmkit.metrics.plan import Plan
 from ogmkit.pictures.planning_sheet import SHARE
 from ogmkit.typing import FloatArray
 from ogmkit.view.classes import NOTHING, OF_TARGETS, UNSEEN, box_class, classes, numbered
 from ogmkit.view.frames import CameraFrame
+from ogmkit.view.lines import CORNER, ground_lines, projected_boxes, quaternion_xyzw
+from ogmkit.view.places import Camera, entity
 from ogmkit.view.predictions import Masks, Predicted
 
 Entity = tuple[str, Any]
 """Its place, and Rerun's archetype."""
 
-CORNER = 0.5
-"""From the centre of the first pixel or cell, where ogmkit counts from, to its corner, where Rerun does."""
-OVERLAY = 0.5
-_NEAR_M = 0.1
-_LINES_M, _APART_M = 10.0, 1.0
-"""Lines of a homography's grid, and points on each."""
+_OVERLAY = 0.5
+"""Opacity of masks over others and over images."""
 _POINT_PX, _LINE_PX = 1.5, 2.0
-
-
-@dataclass(frozen=True)
-class Camera:
-    """A camera of a scene.
-
-    Attributes:
-        scene: its name.
-        channel: its name.
-        grid: of its rasters.
-        rasters: names of its further rasters.
-    """
-
-    scene: str
-    channel: str
-    grid: GridSpec
-    rasters: tuple[str, ...]
-
-    def level(self, *parts: str) -> str:
-        """A place in the level frame."""
-        return entity(self.scene, self.channel, *parts)
-
-    def image(self, *parts: str) -> str:
-        """A place in the camera's frame."""
-        return self.level("camera", *parts)
-
-    def plane(self, *parts: str) -> str:
-        """A place on the grid."""
-        return entity(self.scene, "plane", self.channel, *parts)
-
-    @property
-    def speed(self) -> str:
-        """The place of the speed."""
-        return entity(self.scene, "speed", self.channel)
-
-
-def entity(*parts: str) -> str:
-    """A place, whatever characters its parts have."""
-    import rerun as rr  # noqa: PLC0415  # comes with the extra `view`
-
-    found: str = rr.new_entity_path([part for name in parts for part in name.split("/")])
-    return found
 
 
 def scene_entities(scene: str, cameras: Sequence[Camera]) -> Iterator[Entity]:
@@ -174,7 +124,7 @@ def _in_image(camera: Camera, frame: CameraFrame) -> Iterator[Entity]:
     yield camera.image(), pinhole
     if frame.image is not None:
         yield camera.image("image"), rr.EncodedImage(contents=frame.image, media_type="image/jpeg")
-    strips, numbers = _projected(frame)
+    strips, numbers = projected_boxes(frame)
     radius = rr.Radius.ui_points(_LINE_PX / 2)
     lines = rr.LineStrips2D(strips, class_ids=numbers, radii=[radius] * len(strips), draw_order=40.0)
     yield camera.image("boxes"), lines
@@ -206,7 +156,7 @@ def _masks(place: Callable[..., str], parts: tuple[str, ...], masks: Masks) -> I
 
     for order, (target, mask) in enumerate(masks.items()):
         ids = mask * np.uint8(OF_TARGETS[target])
-        yield place(*parts, target), rr.SegmentationImage(ids, opacity=OVERLAY, draw_order=10.0 + order)
+        yield place(*parts, target), rr.SegmentationImage(ids, opacity=_OVERLAY, draw_order=10.0 + order)
 
 
 def _plan(camera: Camera, parts: tuple[str, ...], plan: Plan) -> Iterator[Entity]:
@@ -235,64 +185,6 @@ def _paths(frame: CameraFrame) -> Mapping[str, tuple[FloatArray, Any]]:
     }
 
 
-def _projected(frame: CameraFrame) -> tuple[list[FloatArray], list[int]]:
-    """Edges of the boxes before the camera, in pixels, and the class of each."""
-    strips, numbers = [], []
-    corners = box_corners(frame.camera_from_box, frame.boxes.size_wlh)
-    for box, category in zip(corners, frame.boxes.category, strict=True):
-        if box[:, 2].max() <= _NEAR_M:
-            continue
-        for edge in EDGES:
-            visible = clip_near_plane(box[list(edge)], _NEAR_M)
-            pixels = project(frame.intrinsics, visible)[0] + CORNER
-            if len(visible) > 1 and _meets(pixels, frame.image_size):
-                strips.append(pixels)
-                numbers.append(box_class(category))
-    return strips, numbers
-
-
-def _meets(pixels: FloatArray, size: tuple[int, int]) -> bool:
-    """Whether the rectangle round (K, 2) pixels overlaps an image of that (height, width)."""
-    low, high = pixels.min(axis=0), pixels.max(axis=0)
-    return bool((high >= 0).all() and (low <= size[::-1]).all())
-
-
-def ground_lines(grid: GridSpec, bev_from_image: FloatArray, size: tuple[int, int]) -> list[FloatArray]:
-    """Where a homography sees the grid's lines of every 10 m in an image of that (height, width).
-
-    Returns:
-        Strips of (K, 2) pixels, from the corner; a point a metre, as far as these lie in the image and
-        before the camera, where w is positive.
-    """
-    image_from_bev = np.linalg.inv(bev_from_image)
-    strips = []
-    for line in _lines(grid):
-        pixels = np.column_stack([grid.cells(line), np.ones(len(line))]) @ image_from_bev.T
-        before = pixels[pixels[:, 2] > 0]
-        found = before[:, :2] / before[:, 2:] + CORNER
-        inside = found[((found >= 0) & (found <= size[::-1])).all(axis=1)]
-        if len(inside) > 1:
-            strips.append(inside)
-    return strips
-
-
-def _lines(grid: GridSpec) -> Iterable[FloatArray]:
-    """(K, 2) points in metres on lines across and along the grid."""
-    (near, far), (right, left) = grid.x_range_m, grid.y_range_m
-    along, across = (_spaced(*one, _APART_M) for one in ((near, far), (right, left)))
-    for x in _spaced(near, far, _LINES_M):
-        yield np.column_stack([np.full(len(across), x), across])
-    for y in _spaced(right, left, _LINES_M):
-        yield np.column_stack([along, np.full(len(along), y)])
-
-
-def _spaced(first: float, last: float, apart: float) -> FloatArray:
-    """Multiples of a distance within a range, and its ends."""
-    inner = np.arange(np.floor(first / apart) + 1, np.ceil(last / apart)) * apart
-    found: FloatArray = np.concatenate([[first], inner, [last]])
-    return found
-
-
 def _resized(image_size: tuple[int, int], mask: tuple[int, ...]) -> Any:  # noqa: ANN401  # Rerun's
     """From a mask's pixels to the image's, corners on corners."""
     import rerun as rr  # noqa: PLC0415  # comes with the extra `view`
@@ -304,11 +196,3 @@ def _pose(parent_from_own: FloatArray) -> Any:  # noqa: ANN401  # Rerun's
     import rerun as rr  # noqa: PLC0415  # comes with the extra `view`
 
     return rr.Transform3D(translation=parent_from_own[:3, 3], mat3x3=parent_from_own[:3, :3])
-
-
-def quaternion_xyzw(rotation: FloatArray) -> FloatArray:
-    """(4,) unit quaternion of a (3, 3) rotation."""
-    axis_angle = cv2.Rodrigues(rotation)[0][:, 0]
-    angle = float(np.linalg.norm(axis_angle))
-    found: FloatArray = np.append(np.sinc(angle / 2 / np.pi) / 2 * axis_angle, np.cos(angle / 2))
-    return found

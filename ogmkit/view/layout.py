@@ -6,7 +6,7 @@ from typing import Any
 
 from ogmkit.footprints.sets import FULL_BODY
 from ogmkit.homography.sources import SURFACE
-from ogmkit.view.entities import Camera, entity
+from ogmkit.view.places import Camera, entity
 
 FRONT = "CAM_FRONT"
 

@@ -105,10 +105,12 @@ def _piped(file: BinaryIO) -> Iterator[str]:
 
 def _copy(reader: int, file: BinaryIO, refused: list[OSError]) -> None:
     """Copy until the other end is closed; after a refusal the rest is read all the same."""
-    with open(reader, "rb", buffering=0) as source:
-        while block := source.read(_BLOCK):
+    try:
+        while block := os.read(reader, _BLOCK):
             if not refused:
                 try:
                     file.write(block)
                 except OSError as error:
                     refused.append(error)
+    finally:
+        os.close(reader)

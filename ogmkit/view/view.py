@@ -19,7 +19,6 @@ from ogmkit.shards.listed import listed_shard
 from ogmkit.shards.manifest import Manifest, ShardEntry, read_manifest
 from ogmkit.shards.reader import Shard
 from ogmkit.view.entities import (
-    Camera,
     Entity,
     frame_entities,
     lost_entities,
@@ -28,6 +27,7 @@ from ogmkit.view.entities import (
 )
 from ogmkit.view.frames import Moment, moments, read_frame, shown_rasters
 from ogmkit.view.layout import SceneLayout, blueprint
+from ogmkit.view.places import Camera
 from ogmkit.view.predictions import Place, Reader, Source, open_predictions
 from ogmkit.view.recording import flush, recording_to
 

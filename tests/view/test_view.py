@@ -7,8 +7,9 @@ import pytest
 
 from ogmkit.errors import DataFileError, MissingPackageError, OutputError, ShardError
 from ogmkit.shards.reader import Shard
-from ogmkit.view.entities import Camera, lost_entities
+from ogmkit.view.entities import lost_entities
 from ogmkit.view.frames import moments
+from ogmkit.view.places import Camera
 from ogmkit.view.view import Shown, view
 
 ONE = Shown(scenes=["scene-0001"], cameras=["CAM_FRONT"])
