@@ -221,3 +221,26 @@ def test_cells_that_are_seen_are_shown(record, seen_shards, tmp_path):
         for name in ("seen/rays", "seen/lidar"):
             shown = masks(found, f"{PLANE}/{name}")
             np.testing.assert_array_equal(shown > 0, h5[f"{CAMERA}/{name}"][:] > 0)
+
+
+def test_the_first_layout_has_a_tab_a_scene_with_cameras_plane_and_speed(rerun, sample_shards, tmp_path):
+    from ogmkit.view.view import view
+
+    path = tmp_path / "x.rrd"
+    view(sample_shards, path)
+    reader = rerun.chunk.RrdReader(path)
+    (layout,) = reader.blueprints()
+    names, hidden = [], set()
+    for chunk in reader.stream(store=layout).collect().stream():
+        batch = chunk.to_record_batch()
+        columns = dict(zip(batch.schema.names, batch.columns, strict=True))
+        for name, column in columns.items():
+            if name.endswith(":display_name"):
+                names += [value[0] for value in column.to_pylist() if value]
+            if name == "EntityBehavior:visible" and column.to_pylist() == [[False]]:
+                hidden.add(chunk.entity_path.partition("/overrides/")[2])
+    views = ["CAM_BACK", "CAM_FRONT", "CAM_FRONT, level frame", "plane, truth", "speed"]
+    assert sorted(names) == sorted([*views, "scene-0001", *views, "scene-0002"])
+    assert f"{SCENE}/{CAMERA}/camera/homography/surface" in "\n".join(hidden)
+    assert f"{SCENE}/{CAMERA}/camera/footprints/dlt" in "\n".join(hidden)
+    assert f"{SCENE}/{CAMERA}/camera/footprints/calibration" not in "\n".join(hidden)  # the first set
