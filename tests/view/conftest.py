@@ -55,6 +55,16 @@ def record(rerun, read_back):
 
 
 @pytest.fixture(scope="session")
-def recorded(record, sample_shards, tmp_path_factory):
+def recording(rerun, sample_shards, tmp_path_factory):
+    """The sample shards as a file; tests only read it."""
+    from ogmkit.view.view import view
+
+    path = tmp_path_factory.mktemp("recorded") / "samples.rrd"
+    assert view(sample_shards, path) == 16
+    return path
+
+
+@pytest.fixture(scope="session")
+def recorded(recording, read_back):
     """The sample shards."""
-    return record(sample_shards, tmp_path_factory.mktemp("recorded") / "samples.rrd")
+    return read_back(recording)

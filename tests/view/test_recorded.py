@@ -223,12 +223,8 @@ def test_cells_that_are_seen_are_shown(record, seen_shards, tmp_path):
             np.testing.assert_array_equal(shown > 0, h5[f"{CAMERA}/{name}"][:] > 0)
 
 
-def test_the_first_layout_has_a_tab_a_scene_with_cameras_plane_and_speed(rerun, sample_shards, tmp_path):
-    from ogmkit.view.view import view
-
-    path = tmp_path / "x.rrd"
-    view(sample_shards, path)
-    reader = rerun.chunk.RrdReader(path)
+def test_the_first_layout_has_a_tab_a_scene_with_cameras_plane_and_speed(rerun, recording):
+    reader = rerun.chunk.RrdReader(recording)
     (layout,) = reader.blueprints()
     names, hidden = [], set()
     for chunk in reader.stream(store=layout).collect().stream():
