@@ -102,7 +102,8 @@ def make_world(folder, version="v1.0-mini"):
 
 
 @pytest.mark.parametrize(
-    "page", ["README.md", "docs/reproduce.md", "docs/predict.md", "docs/mini.md", "docs/report.md"]
+    "page",
+    ["README.md", "docs/reproduce.md", "docs/predict.md", "docs/mini.md", "docs/report.md", "docs/view.md"],
 )
 def test_the_options_of_every_command_exist(page):
     for block in blocks(page, "sh"):
@@ -229,8 +230,19 @@ def test_no_block_is_left_out():
         path.name for path in PAGES if re.search(r"^```(sh|python|json)", path.read_text(), re.MULTILINE)
     }
 
+    # The block of view.md is parsed alone: a viewer needs a screen.
     # The blocks of api.md run in tests/test_public.py. That of mini.md needs the dataset itself; its file is
     # read in tests/workflow/test_reading.py.
-    assert with_blocks == {"README.md", "reproduce.md", "predict.md", "api.md", "mini.md", "report.md"}
-    counts = [len(blocks(page, "sh")) for page in ("README.md", "docs/predict.md", "docs/report.md")]
-    assert [*counts, len(blocks("docs/predict.md", "json"))] == [3, 2, 1, 3]
+    assert with_blocks == {
+        "README.md",
+        "reproduce.md",
+        "predict.md",
+        "api.md",
+        "mini.md",
+        "report.md",
+        "view.md",
+    }
+    counts = [
+        len(blocks(page, "sh")) for page in ("README.md", "docs/predict.md", "docs/report.md", "docs/view.md")
+    ]
+    assert [*counts, len(blocks("docs/predict.md", "json"))] == [3, 2, 1, 1, 3]
