@@ -14,8 +14,8 @@ EXACT := $(addprefix tests/,geometry raster homography footprints metrics test_g
 	--deselect=tests/raster/test_drivable.py::test_random_poses_on_the_real_masks_follow_the_devkit_s_rule
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test slow pictures site release-check harden mutants conformance conformance-env environments bench bench-learn bench-plan \
-	bench-tables bench-real
+.PHONY: help install demo test slow pictures site release-check harden mutants conformance conformance-env environments bench \
+	bench-learn bench-plan bench-tables bench-real
 
 help:
 	@echo "make install      $(VENV) with the ogmkit command and what training needs"
@@ -99,6 +99,10 @@ harden: $(VENV)/.installed-dev
 mutants: $(VENV)/.installed-mutants
 	OMP_NUM_THREADS=1 $(VENV)/bin/pytest -q -m "slow or not slow" tests/mutants
 	OMP_NUM_THREADS=1 $(VENV)/bin/python tests/mutants/mutants.py
+
+# In new environments, from the index that pip is set to; RELEASE="--only oldest --python 3.11" does a part.
+release-check: $(VENV)/.installed-dev
+	$(VENV)/bin/python tests/release/check.py $(RELEASE)
 
 conformance-env: $(DEVKIT)/.installed
 
