@@ -25,7 +25,12 @@ from ogmkit.synthetic.settings import SynthesisSettings
 from ogmkit.workflow.reading import read_config
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md")))
+PAGES = (
+    ROOT / "README.md",
+    ROOT / "DESCRIPTION.md",
+    ROOT / "CONTRIBUTING.md",
+    *sorted((ROOT / "docs").rglob("*.md")),
+)
 NAMES = [page.relative_to(ROOT).as_posix() for page in PAGES]
 SMALL = {
     "extract": {"--cell-size": "1", "--rows": "100", "--columns": "55", "--cache-dir": "cache"},
@@ -44,7 +49,7 @@ SMALL = {
 """Options that the test sets where a command has them, by command; "" is all. An empty value removes one."""
 OTHERS = re.compile(r"(make |python|pip |\. |echo |_OGMKIT_COMPLETE=)")
 """Lines of blocks that call no command of ogmkit's."""
-RUN_ELSEWHERE = ("README.md", "docs/first-hour.md", "docs/api.md")
+RUN_ELSEWHERE = ("README.md", "DESCRIPTION.md", "docs/first-hour.md", "docs/api.md")
 """Pages whose blocks of Python need a dataset: a test below, `make release-check`, tests/test_public.py."""
 SHELL = """
 set -f

@@ -1,8 +1,8 @@
 """Checks what would be released: `make release-check`.
 
-Builds sdist and wheel from what git would commit, and installs each in a new environment of every Python from
-3.11 on that is found, from the package index pip is set to. There it runs docs/first-hour.md as it is written, but for
-training, which the Python that runs this script tries where it has torch: that is seen through PYTHONPATH.
+Builds sdist and wheel of the files that git lists, and installs each in a new environment of every Python
+from 3.11 on that is found, from the package index that pip is set to. There it runs docs/first-hour.md as it is
+written, but for training: that runs with the Python of this script, where it has torch, lent by PYTHONPATH.
 Last, the tests of exact modules run on the oldest Python with the releases of constraints-oldest.txt.
 """
 
@@ -46,13 +46,10 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder)
         sdist, wheel = build(work)
-        pythons = {
-            version: path for version, path in found_pythons() if version in (chosen.python or [version])
-        }
-        untested = sorted(set(classified()) - set(pythons))
-        say(
-            f"Pythons: {', '.join(pythons)}; of the classifiers, untested here: {', '.join(untested) or 'none'}"
-        )
+        found = dict(found_pythons())
+        untested = ", ".join(sorted(set(classified()) - set(found))) or "none"
+        say(f"Pythons: {', '.join(found)}; of the classifiers, absent here: {untested}")
+        pythons = {version: path for version, path in found.items() if version in (chosen.python or found)}
         if "installed" in parts:
             for version, python in pythons.items():
                 for archive in (wheel, sdist):
