@@ -143,7 +143,7 @@ def test_the_sdist_has_every_file(tmp_path):
     names = {name for name in listed.stdout.split("\0") if name and (ROOT / name).exists()}
     for name in names:
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / name).hardlink_to(ROOT / name)
+        shutil.copy(ROOT / name, tmp_path / name)
     code = "import setuptools.build_meta as b; b.build_sdist('dist')"
     subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True, capture_output=True)
     (archive,) = (tmp_path / "dist").glob(f"ogmkit-{ogmkit.__version__}.tar.gz")

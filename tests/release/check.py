@@ -1,8 +1,8 @@
 """Checks what would be released: `make release-check`.
 
 Builds sdist and wheel of the files that git lists, and installs each in a new environment of every Python
-from 3.11 on that is found, from the package index that pip is set to. There it runs docs/first-hour.md as it is
-written, but for training: that runs with the Python of this script, where it has torch, lent by PYTHONPATH.
+from 3.11 on that is found, from the index that pip is set to. There it runs docs/first-hour.md as it is
+written, but for training: this script's own Python does that with its torch, lent by PYTHONPATH.
 Last, the tests of exact modules run on the oldest Python with the releases of constraints-oldest.txt.
 """
 
