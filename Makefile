@@ -14,8 +14,8 @@ EXACT := $(addprefix tests/,geometry raster homography footprints metrics test_g
 	--deselect=tests/raster/test_drivable.py::test_random_poses_on_the_real_masks_follow_the_devkit_s_rule
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test slow pictures harden mutants conformance conformance-env environments bench bench-learn bench-plan \
-	bench-tables bench-real bench-scale demo-start
+.PHONY: help install demo test slow pictures site release-check harden mutants conformance conformance-env environments bench \
+	bench-learn bench-plan bench-tables bench-real bench-scale demo-start
 
 help:
 	@echo "make install      $(VENV) with the ogmkit command and what training needs"
@@ -23,6 +23,8 @@ help:
 	@echo "make test         linters, types, import contract and tests"
 	@echo "make slow         the long tests: four frames, four sequences learnt by heart, kills, masks of real size"
 	@echo "make pictures     the pictures of README.md and docs/ that need no training"
+	@echo "make site         the pages as a site, under site/, with the help of every command and the public names"
+	@echo "make release-check  wheel and sdist in new environments of every Python here, at the oldest releases too; 20 minutes"
 	@echo "make harden       faults, kills and broken inputs for every command, 90 minutes at a time; resumes"
 	@echo "make mutants      change the exact modules one place at a time: do their own tests notice? half an hour"
 	@echo "make conformance  ogmkit beside the official nuScenes devkit, in $(DEVKIT)"
@@ -45,7 +47,7 @@ $(VENV)/.installed: $(METADATA) constraints.txt
 	@touch $@
 
 $(VENV)/.installed-dev: $(VENV)/.installed
-	$(VENV)/bin/python -m pip install $(PIP_FLAGS) -e '.[dev,train,pretrained,parquet,onnx,view]' -c constraints.txt
+	$(VENV)/bin/python -m pip install $(PIP_FLAGS) -e '.[dev,train,pretrained,parquet,onnx,docs,view]' -c constraints.txt
 	@touch $@
 
 $(VENV)/.installed-mutants: $(VENV)/.installed-dev
@@ -83,6 +85,11 @@ slow: $(VENV)/.installed-dev
 
 pictures: $(VENV)/.installed
 	$(VENV)/bin/python docs/make_pictures.py
+	$(VENV)/bin/python docs/concept_pictures.py
+
+site: $(VENV)/.installed-dev
+	NO_MKDOCS_2_WARNING=1 $(VENV)/bin/mkdocs build --quiet --site-dir site
+	@echo "The site is in site/: $(VENV)/bin/python -m http.server --directory site"
 
 # MINUTES=8 stops sooner; another run goes on with what is missing. Counts are in benchmarks/results/harden.
 MINUTES ?= 90
@@ -93,6 +100,10 @@ harden: $(VENV)/.installed-dev
 mutants: $(VENV)/.installed-mutants
 	OMP_NUM_THREADS=1 $(VENV)/bin/pytest -q -m "slow or not slow" tests/mutants
 	OMP_NUM_THREADS=1 $(VENV)/bin/python tests/mutants/mutants.py
+
+# In new environments, from the index that pip is set to; RELEASE="--only oldest --python 3.11" does a part.
+release-check: $(VENV)/.installed-dev
+	$(VENV)/bin/python tests/release/check.py $(RELEASE)
 
 conformance-env: $(DEVKIT)/.installed
 

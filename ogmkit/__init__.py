@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from ogmkit.target_settings import TargetSettings
     from ogmkit.targets import FrameTargets, frame_targets
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 _HOMES = {
     "errors": ("OgmkitError",),
