@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
+from ogmkit.base.execution import DEFAULT_EXECUTION, Execution
 from ogmkit.footprints.settings import FootprintSettings
 from ogmkit.pipeline.amend import amend
 from ogmkit.pipeline.amendment import Groups
-from ogmkit.pipeline.execution import DEFAULT_EXECUTION, Execution
 from ogmkit.pipeline.footprint_masks import mask_size, renderer, require_renderable
 from ogmkit.shards import fields, schema
 from ogmkit.shards.additions import require_name

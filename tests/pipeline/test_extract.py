@@ -1,14 +1,13 @@
 import json
 import shutil
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import pytest
 
-from ogmkit.errors import DataFileError, OgmkitError, OutputError, SettingsError
+from ogmkit.base.execution import Execution
+from ogmkit.errors import DataFileError, OutputError, SettingsError
 from ogmkit.grid import GridSpec
 from ogmkit.nuscenes.dataset import Dataset
-from ogmkit.pipeline.execution import Execution
 from ogmkit.shards.manifest import read_manifest
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.verify import verify_folder
@@ -79,13 +78,6 @@ def test_the_summary_adds_up(tmp_path, run, undisturbed):
 
 def test_two_workers_give_the_same_bytes(tmp_path, run, undisturbed, digests):
     run(tmp_path / "out", execution=Execution(workers=2))
-    assert digests(tmp_path / "out") == digests(undisturbed)
-
-
-def test_the_callers_executor_gives_the_same_bytes(tmp_path, run, undisturbed, digests):
-    with ThreadPoolExecutor(2) as executor:
-        run(tmp_path / "out", execution=Execution(executor=executor))
-        assert executor.submit(int).result() == 0
     assert digests(tmp_path / "out") == digests(undisturbed)
 
 
@@ -243,16 +235,3 @@ def test_unknown_names_are_refused_before_anything_is_made(tmp_path, run, small_
     with pytest.raises(SettingsError, match=message):
         run(tmp_path / "out", settings, **options)
     assert not (tmp_path / "out").exists()
-
-
-def test_a_dead_worker_is_told(tmp_path, run):
-    from concurrent.futures import BrokenExecutor, Executor, Future
-
-    class Dying(Executor):
-        def submit(self, *_):
-            future = Future()
-            future.set_exception(BrokenExecutor("killed"))
-            return future
-
-    with pytest.raises(OgmkitError, match=r"a worker process died.*fewer --workers"):
-        run(tmp_path / "out", execution=Execution(executor=Dying()))

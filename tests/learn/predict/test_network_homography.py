@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import torch
 
+from ogmkit.base.execution import Execution
 from ogmkit.errors import CheckpointError, OutputError, SettingsError, ShardError
 from ogmkit.footprints.settings import FootprintSettings
 from ogmkit.grid import GridSpec
@@ -166,8 +167,8 @@ def test_the_same_checkpoint_stays_and_another_needs_overwrite(out, run, make_ru
     with pytest.raises(OutputError, match=r"checkpoint_sha256 is .* use --overwrite"):
         predict_homographies(out, other)
     assert contents(out) == before
-    predict_homographies(out, other, overwrite=True)
-    predict_homographies(out, run, overwrite=True)
+    predict_homographies(out, other, execution=Execution(overwrite=True))
+    predict_homographies(out, run, execution=Execution(overwrite=True))
     assert contents(out) == before
 
 
@@ -179,7 +180,7 @@ def test_interrupted_it_goes_on_where_it_stopped(out, learn_shards, run, tmp_pat
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        predict_homographies(out, run, on_progress=interrupt)
+        predict_homographies(out, run, execution=Execution(on_progress=interrupt))
     assert predict_homographies(out, run).kept == 1
     assert contents(out) == contents(whole)
 
