@@ -74,7 +74,7 @@ def require_outside(path: Path, out: Path) -> None:
 
 
 def part_of(path: Path) -> Path:
-    """The name under which this process writes a file; machines that share a folder have names of their own."""
+    """The name under which this process writes a file; machines that share a folder have their own."""
     return path.with_name(f".{path.name}.{_HOST}-{os.getpid()}.part")
 
 

@@ -168,7 +168,8 @@ def _connected(scheduler: str, workers: int) -> Iterator["Client"]:
                 n_workers=max(workers, 1),
                 threads_per_worker=1,
                 host="127.0.0.1",
-                dashboard_address=None,
+                dashboard_address="127.0.0.1:0",  # None would take the port that others expect theirs at
+                scheduler_kwargs={"dashboard": False},
                 memory_limit=None,
                 silence_logs=logging.CRITICAL,
             )

@@ -156,7 +156,7 @@ def _joined(found: Iterable[Problems]) -> dict[tuple[str, bool], FileProblem]:
 
 
 def _parts(tables: Tables, root: Path, use: Use) -> Iterator[_Part]:
-    """The masks are one part, since a decoded one takes a byte a pixel of memory; as the longest, it is first."""
+    """The masks are one part, since a decoded one takes a byte a pixel of memory; it is the longest."""
     masks = tuple(tables.rows(_MASKS))
     if masks:
         tell(Waiting(f"reading {with_number(len(masks), 'map mask')}"))

@@ -74,8 +74,11 @@ def warned(item):
 
 
 def test_log_records_and_errors_come_home_from_processes(caplog):
-    with caplog.at_level("WARNING", "ogmkit"), pytest.raises(DataFileError, match="is absent") as raised:
-        list(run_in_order(warned, range(3), Execution(workers=2)))
+    caplog.set_level("WARNING", "ogmkit")
+    results = run_in_order(warned, range(3), Execution(workers=2))
+    assert [next(results), next(results)] == [0, 1]
+    with pytest.raises(DataFileError, match="is absent") as raised:
+        next(results)
     assert raised.value.kind == "absent"
     assert sorted(caplog.messages) == ["saw 0", "saw 1", "saw 2"]
 

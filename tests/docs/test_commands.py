@@ -102,7 +102,15 @@ def make_world(folder, version="v1.0-mini"):
 
 
 @pytest.mark.parametrize(
-    "page", ["README.md", "docs/reproduce.md", "docs/predict.md", "docs/mini.md", "docs/report.md"]
+    "page",
+    [
+        "README.md",
+        "docs/reproduce.md",
+        "docs/predict.md",
+        "docs/mini.md",
+        "docs/report.md",
+        "docs/scaling.md",
+    ],
 )
 def test_the_options_of_every_command_exist(page):
     for block in blocks(page, "sh"):

@@ -172,6 +172,18 @@ def test_the_same_checkpoint_stays_and_another_needs_overwrite(out, run, make_ru
     assert contents(out) == before
 
 
+@pytest.mark.parametrize("scheduler", ["", pytest.param("local", marks=pytest.mark.slow)])
+def test_two_workers_give_the_same_bytes(out, learn_shards, run, tmp_path, contents, scheduler):
+    if scheduler:
+        pytest.importorskip(
+            "distributed", reason="distributed is not installed: pip install 'ogmkit[cluster]'"
+        )
+    two = shutil.copytree(out, tmp_path / "two")
+    predict_homographies(out, run)
+    predict_homographies(two, run, execution=Execution(2, scheduler))
+    assert contents(two) == contents(out)
+
+
 def test_interrupted_it_goes_on_where_it_stopped(out, learn_shards, run, tmp_path, contents):
     whole = shutil.copytree(learn_shards, tmp_path / "whole")
     predict_homographies(whole, run)
