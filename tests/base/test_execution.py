@@ -75,10 +75,9 @@ def warned(item):
 
 def test_log_records_and_errors_come_home_from_processes(caplog):
     caplog.set_level("WARNING", "ogmkit")
-    results = run_in_order(warned, range(3), Execution(workers=2))
-    assert [next(results), next(results)] == [0, 1]
+    assert sorted(run_over(warned, [0, 1], Execution(workers=2))) == [0, 1]
     with pytest.raises(DataFileError, match="is absent") as raised:
-        next(results)
+        list(run_over(warned, [2], Execution(workers=2)))
     assert raised.value.kind == "absent"
     assert sorted(caplog.messages) == ["saw 0", "saw 1", "saw 2"]
 

@@ -239,6 +239,8 @@ def test_no_block_is_left_out():
 
     # The blocks of api.md run in tests/test_public.py. That of mini.md needs the dataset itself; its file is
     # read in tests/workflow/test_reading.py.
-    assert with_blocks == {"README.md", "reproduce.md", "predict.md", "api.md", "mini.md", "report.md"}
+    # That of scaling.md needs a scheduler: tests/pipeline/test_cluster.py starts one.
+    others = {"reproduce.md", "predict.md", "api.md", "mini.md", "report.md", "scaling.md"}
+    assert with_blocks == {"README.md", *others}
     counts = [len(blocks(page, "sh")) for page in ("README.md", "docs/predict.md", "docs/report.md")]
     assert [*counts, len(blocks("docs/predict.md", "json"))] == [3, 2, 1, 3]

@@ -251,4 +251,4 @@ def test_progress_counts_every_file(small_root):
 
     check_dataset(small_root, execution=Execution(on_progress=lambda *counts: calls.append(counts)))
 
-    assert calls == [(2, 57), (13, 57), (57, 57)]  # 11 frames × 5 files and 2 masks
+    assert calls == [(2, 57), (35, 57), (57, 57)]  # 2 masks, 33 files of key frames, and the others
