@@ -1,5 +1,7 @@
 import json
 import shutil
+import sys
+from collections import deque
 from dataclasses import replace
 
 import pytest
@@ -8,6 +10,8 @@ from ogmkit.base.execution import Execution
 from ogmkit.errors import DataFileError, OutputError, SettingsError
 from ogmkit.grid import GridSpec
 from ogmkit.nuscenes.dataset import Dataset
+from ogmkit.pipeline.homography_fit import fit_shards
+from ogmkit.pipeline.render_footprints import render_footprints
 from ogmkit.shards.manifest import read_manifest
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.verify import verify_folder
@@ -79,6 +83,22 @@ def test_the_summary_adds_up(tmp_path, run, undisturbed):
 def test_two_workers_give_the_same_bytes(tmp_path, run, undisturbed, digests):
     run(tmp_path / "out", execution=Execution(workers=2))
     assert digests(tmp_path / "out") == digests(undisturbed)
+
+
+def test_a_profiler_that_holds_on_to_frames_changes_no_byte(tmp_path, run, undisturbed, digests):
+    """Dask's does; what the frames hold, such as datasets, is closed late then."""
+    held = deque(maxlen=99)
+    sys.setprofile(lambda frame, event, _: held.append(frame) if event == "call" else None)
+    try:
+        run(tmp_path / "out")
+        fit_shards(tmp_path / "out", ["surface"])
+        render_footprints(tmp_path / "out")
+    finally:
+        sys.setprofile(None)
+    whole = shutil.copytree(undisturbed, tmp_path / "whole")
+    fit_shards(whole, ["surface"])
+    render_footprints(whole)
+    assert digests(tmp_path / "out") == digests(whole)
 
 
 def test_a_second_run_changes_nothing(out, run, undisturbed, digests):
