@@ -15,7 +15,7 @@ EXACT := $(addprefix tests/,geometry raster homography footprints metrics test_g
 
 .DEFAULT_GOAL := help
 .PHONY: help install demo test slow pictures harden mutants conformance conformance-env environments bench bench-learn bench-plan \
-	bench-tables bench-real
+	bench-tables bench-real bench-scale
 
 help:
 	@echo "make install      $(VENV) with the ogmkit command and what training needs"
@@ -30,6 +30,7 @@ help:
 	@echo "make bench-learn  every stage-1 system trained on synthetic worlds, in parts; takes hours (LEARN=--plan: shows them)"
 	@echo "make bench-plan   every planner likewise (PLAN=--plan)"
 	@echo "make bench-tables what these two have found so far, into benchmarks/RESULTS.md"
+	@echo "make bench-scale  the whole of trainval, generated, on this machine: times, memory, ratios; hours (SCALE=--plan)"
 	@echo "make bench-real   networks on real images, each scene left out once; takes hours (REAL=--quick: less)"
 
 define new_environment
@@ -124,3 +125,7 @@ bench-tables: $(VENV)/.installed-dev
 
 bench-real: $(VENV)/.installed-dev
 	$(VENV)/bin/python benchmarks/real.py $(REAL)
+
+# Leave the machine alone meanwhile; a part at a time, and what is there is kept.
+bench-scale: $(VENV)/.installed
+	$(VENV)/bin/python benchmarks/scale.py $(SCALE)

@@ -9,12 +9,17 @@ from pathlib import Path
 
 import learn_tables
 import plan_tables
+import scale_tables
 from bench_command import RESULTS
 from bench_parts import Bench
 from result_rows import state
 
 PAGE = Path(__file__).resolve().parent / "RESULTS.md"
-TABLES = {"python benchmarks/perception.py": learn_tables, "python benchmarks/planning.py": plan_tables}
+TABLES = {
+    "python benchmarks/perception.py": learn_tables,
+    "python benchmarks/planning.py": plan_tables,
+    "python benchmarks/scale.py": scale_tables,
+}
 
 
 def main(arguments=None):

@@ -13,7 +13,7 @@ RESULTS = Path(__file__).resolve().parent / "results"
 WAIT_S = 0.5
 
 
-def run_bench(name, parts_of, description, arguments=None):
+def run_bench(name, parts_of, description, arguments=None, *, jobs=2):
     """Do what the command line asks of a benchmark.
 
     Args:
@@ -21,11 +21,12 @@ def run_bench(name, parts_of, description, arguments=None):
         parts_of: called with whether it is the toy; gives the parts.
         description: for its help.
         arguments: of the command line; None takes the process's.
+        jobs: parts at a time where the command line doesn't say.
 
     Returns:
         The exit code: 1 where a part failed.
     """
-    options = _parsed(name, description, arguments)
+    options = _parsed(name, description, arguments, jobs)
     folder = (options.folder or Path(".bench") / (f"{name}-toy" if options.toy else name)).resolve()
     results = (options.results or (folder / "results" if options.toy else RESULTS / name)).resolve()
     bench = Bench(folder, results, tuple(parts_of(options.toy)))
@@ -45,7 +46,7 @@ def run_bench(name, parts_of, description, arguments=None):
     return 1 if failed else 0
 
 
-def _parsed(name, description, arguments):
+def _parsed(name, description, arguments, jobs):
     parser = argparse.ArgumentParser(
         description=description, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -56,7 +57,7 @@ def _parsed(name, description, arguments):
         help=f"where figures are kept; default: benchmarks/results/{name}, of the toy FOLDER/results",
     )
     parser.add_argument("--minutes", type=float, help="start no part after so many minutes")
-    parser.add_argument("--jobs", type=int, default=2, help="parts at a time, a core each")
+    parser.add_argument("--jobs", type=int, default=jobs, help="parts at a time, a core each")
     parser.add_argument("--only", action="append", default=[], metavar="BEGINNING", help="of parts' names")
     parser.add_argument("--plan", action="store_true", help="print what would be made, and make nothing")
     parser.add_argument("--toy", action="store_true", help="all parts at a size that says nothing, quickly")

@@ -1,15 +1,16 @@
 """Tables as large as nuScenes v1.0-trainval's, generated: sound links, invented values, no sensor files.
 
 Sizes follow the published ones: 850 scenes of about 40 key frames; 6 cameras, 5 radars and a LiDAR with all
-their sweeps (2.6 M sample_data and poses); 1.17 M annotations of 64 k instances.
+their sweeps (2.6 M sample_data and poses); 1.17 M annotations of 64 k instances. Scenes take turns with the
+four locations.
 """
 
 import json
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 TABLES = ("sample_data", "ego_pose", "sample_annotation")
-KEY_FRAMES = 40
 BOXES = 34
 TRACK = 18
 START_US = 1_532_402_900_000_000
@@ -22,6 +23,38 @@ SENSORS = {
 }
 """Channel → modality, images or sweeps a key frame, file format, height, width."""
 ROTATION = "[0.9687876119182126, -0.004506968075376869, -0.00792272203393983, 0.24772460658591755]"
+LOOKING_AHEAD = "[0.5, -0.5, 0.5, -0.5]"
+LOCATIONS = {
+    "boston-seaport": (21_181, 29_795),
+    "singapore-hollandvillage": (29_229, 28_083),
+    "singapore-onenorth": (20_250, 15_856),
+    "singapore-queenstown": (36_871, 32_286),
+}
+"""Location → rows and columns of its mask, at 0.1 m."""
+
+
+@dataclass(frozen=True)
+class Extent:
+    """How much there is.
+
+    Attributes:
+        scenes: how many.
+        key_frames: of each.
+        sweeps: whether there are recordings between key frames.
+    """
+
+    scenes: int
+    key_frames: int = 40
+    sweeps: bool = True
+
+    def rate(self, channel: str) -> int:
+        """Recordings of a channel for each key frame."""
+        return SENSORS[channel][1] if self.sweeps else 1
+
+
+def mask_name(location: str) -> str:
+    """Path of a location's mask below the root."""
+    return f"maps/{location}.png"
 
 
 def token(kind: int, *numbers: int) -> str:
@@ -30,19 +63,19 @@ def token(kind: int, *numbers: int) -> str:
     return digits.ljust(32, "0")
 
 
-def write_tables(root: Path, version: str, scenes: int) -> dict[str, int]:
+def write_tables(root: Path, version: str, extent: Extent) -> dict[str, int]:
     """Write all thirteen tables below root/version; gives their row counts."""
     folder = root / version
     folder.mkdir(parents=True)
     generated = {
-        "scene": _scenes(scenes),
-        "sample": _samples(scenes),
-        "calibrated_sensor": _calibrated_sensors(scenes),
-        "sample_data": _sample_data(scenes),
-        "ego_pose": _ego_poses(scenes),
-        "instance": _instances(scenes),
-        "sample_annotation": _annotations(scenes),
-        **{name: map(json.dumps, rows) for name, rows in _small_tables(scenes).items()},
+        "scene": _scenes(extent),
+        "sample": _samples(extent),
+        "calibrated_sensor": _calibrated_sensors(extent),
+        "sample_data": _sample_data(extent),
+        "ego_pose": _ego_poses(extent),
+        "instance": _instances(extent),
+        "sample_annotation": _annotations(extent),
+        **{name: map(json.dumps, rows) for name, rows in _small_tables(extent).items()},
     }
     return {name: _write(folder / f"{name}.json", rows) for name, rows in generated.items()}
 
@@ -58,17 +91,22 @@ def _write(path: Path, rows: Iterable[str]) -> int:
     return count
 
 
-def _small_tables(scenes: int) -> dict[str, list[dict[str, object]]]:
+def _small_tables(extent: Extent) -> dict[str, list[dict[str, object]]]:
+    places = [*LOCATIONS]
     logs = [
         {"token": token(1, s), "logfile": f"log-{s}", "vehicle": "n015", "date_captured": "2018-07-24",
-         "location": "boston-seaport"}
-        for s in range(scenes)
+         "location": places[s % len(places)]}
+        for s in range(extent.scenes)
     ]  # fmt: skip
-    masks = {"token": token(2), "category": "semantic_prior", "filename": "maps/mask.png"}
+    masks = [
+        {"token": token(2, i), "category": "semantic_prior", "filename": mask_name(place),
+         "log_tokens": [log["token"] for log in logs if log["location"] == place]}
+        for i, place in enumerate(places)
+    ]  # fmt: skip
     levels = ("v0-40", "v40-60", "v60-80", "v80-100")
     return {
         "log": logs,
-        "map": [{**masks, "log_tokens": [log["token"] for log in logs]}],
+        "map": masks,
         "sensor": [
             {"token": token(3, i), "channel": name, "modality": SENSORS[name][0]}
             for i, name in enumerate(SENSORS)
@@ -87,49 +125,50 @@ def _chain(kind: int, prefix: tuple[int, ...], number: int, count: int) -> str:
     return f'"prev": "{earlier}", "next": "{later}"'
 
 
-def _scenes(scenes: int) -> Iterator[str]:
-    for s in range(scenes):
+def _scenes(extent: Extent) -> Iterator[str]:
+    for s in range(extent.scenes):
         yield (
-            f'{{"token": "{token(6, s)}", "log_token": "{token(1, s)}", "nbr_samples": {KEY_FRAMES}, '
+            f'{{"token": "{token(6, s)}", "log_token": "{token(1, s)}", "nbr_samples": {extent.key_frames}, '
             f'"first_sample_token": "{token(7, s, 0)}", '
-            f'"last_sample_token": "{token(7, s, KEY_FRAMES - 1)}", '
+            f'"last_sample_token": "{token(7, s, extent.key_frames - 1)}", '
             f'"name": "scene-{s:04d}", "description": "generated"}}'
         )
 
 
-def _samples(scenes: int) -> Iterator[str]:
-    for s in range(scenes):
-        for k in range(KEY_FRAMES):
+def _samples(extent: Extent) -> Iterator[str]:
+    for s in range(extent.scenes):
+        for k in range(extent.key_frames):
             yield (
                 f'{{"token": "{token(7, s, k)}", "timestamp": {START_US + 500_000 * k}, '
-                f'{_chain(7, (s,), k, KEY_FRAMES)}, "scene_token": "{token(6, s)}"}}'
+                f'{_chain(7, (s,), k, extent.key_frames)}, "scene_token": "{token(6, s)}"}}'
             )
 
 
-def _calibrated_sensors(scenes: int) -> Iterator[str]:
-    for s in range(scenes):
+def _calibrated_sensors(extent: Extent) -> Iterator[str]:
+    for s in range(extent.scenes):
         for i, (modality, *_) in enumerate(SENSORS.values()):
             camera = "[[1266.4, 0.0, 816.3], [0.0, 1266.4, 491.5], [0.0, 0.0, 1.0]]"
             yield (
                 f'{{"token": "{token(8, s, i)}", "sensor_token": "{token(3, i)}", '
-                f'"translation": [1.72, 0.005, 1.51], "rotation": {ROTATION}, '
+                f'"translation": [1.72, 0.005, 1.51], "rotation": {LOOKING_AHEAD}, '
                 f'"camera_intrinsic": {camera if modality == "camera" else "[]"}}}'
             )
 
 
-def _recordings(scenes: int) -> Iterator[tuple[int, int, str, int, int, int]]:
+def _recordings(extent: Extent) -> Iterator[tuple[int, int, str, int, int, int]]:
     """Scene, sensor number, channel, recording's number in the scene, how many there are, time."""
-    for s in range(scenes):
-        for i, (channel, (_, per_key_frame, *_)) in enumerate(SENSORS.items()):
-            count = (KEY_FRAMES - 1) * per_key_frame + 1
+    for s in range(extent.scenes):
+        for i, channel in enumerate(SENSORS):
+            rate = extent.rate(channel)
+            count = (extent.key_frames - 1) * rate + 1
             for n in range(count):
-                yield s, i, channel, n, count, START_US + 500_000 * n // per_key_frame - 1_000 * i
+                yield s, i, channel, n, count, START_US + 500_000 * n // rate - 1_000 * i
 
 
-def _sample_data(scenes: int) -> Iterator[str]:
-    for s, i, channel, n, count, time_us in _recordings(scenes):
-        _, per_key_frame, suffix, height, width = SENSORS[channel]
-        key, rest = divmod(n, per_key_frame)
+def _sample_data(extent: Extent) -> Iterator[str]:
+    for s, i, channel, n, count, time_us in _recordings(extent):
+        _, _, suffix, height, width = SENSORS[channel]
+        key, rest = divmod(n, extent.rate(channel))
         folder, is_key_frame = ("sweeps", "false") if rest else ("samples", "true")
         yield (
             f'{{"token": "{token(9, s, i, n)}", "sample_token": "{token(7, s, key + (rest > 0))}", '
@@ -141,8 +180,8 @@ def _sample_data(scenes: int) -> Iterator[str]:
         )
 
 
-def _ego_poses(scenes: int) -> Iterator[str]:
-    for s, i, _, n, _, time_us in _recordings(scenes):
+def _ego_poses(extent: Extent) -> Iterator[str]:
+    for s, i, _, n, _, time_us in _recordings(extent):
         along_m = 600 + 5e-6 * (time_us - START_US)
         yield (
             f'{{"token": "{token(10, s, i, n)}", "timestamp": {time_us}, "rotation": {ROTATION}, '
@@ -150,16 +189,16 @@ def _ego_poses(scenes: int) -> Iterator[str]:
         )
 
 
-def _tracks(scenes: int) -> Iterator[tuple[int, int, int, int]]:
+def _tracks(extent: Extent) -> Iterator[tuple[int, int, int, int]]:
     """Scene, instance number, its first key frame and how many it is annotated in."""
-    for s in range(scenes):
-        for first in range(0, KEY_FRAMES, TRACK):
+    for s in range(extent.scenes):
+        for first in range(0, extent.key_frames, TRACK):
             for slot in range(BOXES):
-                yield s, first * BOXES + slot, first, min(TRACK, KEY_FRAMES - first)
+                yield s, first * BOXES + slot, first, min(TRACK, extent.key_frames - first)
 
 
-def _instances(scenes: int) -> Iterator[str]:
-    for s, i, _, length in _tracks(scenes):
+def _instances(extent: Extent) -> Iterator[str]:
+    for s, i, _, length in _tracks(extent):
         yield (
             f'{{"token": "{token(11, s, i)}", "category_token": "{token(4)}", "nbr_annotations": {length}, '
             f'"first_annotation_token": "{token(12, s, i, 0)}", '
@@ -167,14 +206,15 @@ def _instances(scenes: int) -> Iterator[str]:
         )
 
 
-def _annotations(scenes: int) -> Iterator[str]:
-    for s, i, first, length in _tracks(scenes):
+def _annotations(extent: Extent) -> Iterator[str]:
+    for s, i, first, length in _tracks(extent):
         for n in range(length):
             yield (
                 f'{{"token": "{token(12, s, i, n)}", "sample_token": "{token(7, s, first + n)}", '
                 f'"instance_token": "{token(11, s, i)}", "visibility_token": "{1 + (i + n) % 4}", '
                 f'"attribute_tokens": ["{token(5)}"], '
-                f'"translation": [{600 + i / 3!r}, {1600 + n / 9!r}, 0.9], '
+                f'"translation": [{570 + 2.5 * first + 3.1 * (i % BOXES)!r}, '
+                f"{1589 + s / 7 + 7 * i % 23 + n / 9!r}, 0.9], "
                 f'"size": [1.9, 4.6, 1.7], "rotation": {ROTATION}, {_chain(12, (s, i), n, length)}, '
                 f'"num_lidar_pts": {n}, "num_radar_pts": 0}}'
             )

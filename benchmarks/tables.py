@@ -5,7 +5,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from big_tables import TABLES, write_tables
+from big_tables import TABLES, Extent, write_tables
 from measure import run_process, show
 
 SCENES = 850
@@ -31,7 +31,7 @@ def main():
     scenes = parser.parse_args().scenes
     with tempfile.TemporaryDirectory() as folder:
         root = Path(folder)
-        counts = write_tables(root, VERSION, scenes)
+        counts = write_tables(root, VERSION, Extent(scenes))
         json_s, json_mib = run_process([sys.executable, "-c", READ_JSON, str(root / VERSION)])
         ours_s, ours_mib = run_process([sys.executable, "-c", READ_OGMKIT, str(root)])
         size_gb = sum(path.stat().st_size for path in root.rglob("*.json")) / 1e9

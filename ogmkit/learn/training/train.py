@@ -186,9 +186,9 @@ def _pixels_kept(data: ShardDataModule, run: Path) -> Iterator[None]:
 def _begin(system: System, data: ShardDataModule) -> None:
     """Give a fresh system what it begins with."""
     warm_start(system)
-    if system.prepare_spec is not None:
+    if (spec := system.prepare_spec) is not None:
         tell(Waiting("reading the training samples once, for their statistics"))
-        system.prepare(data.statistics(system.prepare_spec, system.prepare_rounds))
+        system.prepare(data.statistics(spec, system.prepare_rounds))
 
 
 def _trainer(settings: TrainSettings, run: Path, step: int, callbacks: list[Callback]) -> Trainer:
