@@ -15,6 +15,7 @@ USES: Mapping[str, str] = MappingProxyType(
         "parquet": "export-shards --format parquet and hf",
         "onnx": "export",
         "view": "view",
+        "cluster": "--scheduler",
     }
 )
 """Extra → what it is needed for; those of development are left out."""

@@ -64,6 +64,8 @@ def test_every_design_section_that_code_refers_to_exists():
             assert found in headings, f"{path}: §{found}"
 
 
+DASK = ("--port", "--no-dashboard", "--nthreads", "--nworkers")
+"""Options of `dask scheduler` and `dask worker`, which pages show too."""
 METAVARS = {
     "--camera": "CHANNEL,…",
     "--scenes": "NAME,…",
@@ -95,7 +97,7 @@ def test_each_command_is_in_the_readme(name):
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_options_that_a_page_mentions_exist(page):
-    known = {"--help"}.union(*map(option_names, EACH.values()))
+    known = {"--help", *DASK}.union(*map(option_names, EACH.values()))
 
     assert set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", text(page))) <= known
 

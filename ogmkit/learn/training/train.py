@@ -1,7 +1,6 @@
 """Training a system on shards: from settings to a folder of checkpoints, figures and pictures."""
 
 import logging
-import os
 import time
 import warnings
 from collections.abc import Callable, Iterator
@@ -13,6 +12,7 @@ import torch
 from lightning.pytorch import Callback, Trainer, seed_everything
 from lightning.pytorch.utilities import rank_zero_only
 
+from ogmkit.base.atomic import part_of
 from ogmkit.base.news import Found, Waiting, listening, tell
 from ogmkit.learn.checkpoints import AtomicCheckpointIO, Card
 from ogmkit.learn.data.augment import Augmentation
@@ -173,7 +173,7 @@ def _fit(
 def _pixels_kept(data: ShardDataModule, run: Path) -> Iterator[None]:
     """Inside, decoded images and masks are kept in two files, by names that mark them as this process's."""
     sets = {"train": data.train_set, "val": data.val_set}
-    paths = {name: run / f".samples-{name}.{os.getpid()}.part" for name in sets}
+    paths = {name: part_of(run / f"samples-{name}") for name in sets}
     try:
         for name, samples in sets.items():
             samples.keep_pixels(paths[name])
