@@ -1,4 +1,4 @@
-"""One process of several that train together; which one it is stands in its environment, as torchrun sets it.
+"""The second of two processes that train together, by the environment that torchrun would set.
 
 Arguments: the folder of shards, and trainings as JSON: [[system, settings, run], …], one after the other.
 """
@@ -13,5 +13,7 @@ from ogmkit.learn.catalogue import CATALOGUE
 from ogmkit.learn.training.train import train
 
 torch.set_num_threads(1)
+print("ready", flush=True)
 for system, values, run in json.loads(sys.argv[2]):
-    train(CATALOGUE[system].settings(**values), Path(sys.argv[1]), Path(run))
+    summary = train(CATALOGUE[system].settings(**values), Path(sys.argv[1]), Path(run))
+    assert summary is None  # the first process tells
