@@ -164,14 +164,20 @@ class System(LightningModule):
         return as_float(batch)
 
     def training_step(self, batch: Batch, batch_idx: int) -> Tensor:
-        """One step; whatever is random in it follows from seed, epoch and batch, however often resumed."""
-        place = (self.settings.seed * _STEP_STRIDE + self.current_epoch) * _STEP_STRIDE + batch_idx
+        """One step; whatever is random in it follows from seed, epoch and batch, however often resumed.
+
+        What is logged is the mean over all devices.
+        """
+        number = batch_idx * self.trainer.world_size + self.trainer.global_rank
+        place = (self.settings.seed * _STEP_STRIDE + self.current_epoch) * _STEP_STRIDE + number
         torch.manual_seed(place % 2**63)
         terms = self.losses(self.answer(batch), batch)
         loss = torch.stack(list(terms.values())).sum()
-        self._require_finite(loss, terms, batch, self.trainer.datamodule.train_set)  # type: ignore[attr-defined]
-        values = {f"train/{name}": value.detach() for name, value in terms.items()}
-        self.log_dict({**values, "train/loss": loss.detach()}, on_step=True, on_epoch=False)
+        own = torch.stack([*terms.values(), loss]).detach()
+        shared = self.trainer.strategy.reduce(own.clone(), reduce_op="mean")
+        self._require_finite(shared[-1], terms, batch, self.trainer.datamodule.train_set)  # type: ignore[attr-defined]
+        names = [f"train/{name}" for name in (*terms, "loss")]
+        self.log_dict(dict(zip(names, shared, strict=True)), on_step=True, on_epoch=False)
         return loss
 
     def validation_step(self, batch: Batch, batch_idx: int) -> None:
@@ -205,10 +211,13 @@ class System(LightningModule):
     ) -> None:
         if bool(torch.isfinite(loss.detach())):
             return
+        step = self.trainer.global_step + 1
+        if all(bool(torch.isfinite(value.detach())) for value in terms.values()):
+            raise TrainingError(f"the loss is not finite at step {step} on another device, which names its batch")
         shown = ", ".join(f"{name} {float(value.detach()):g}" for name, value in terms.items())
         names = "; ".join(samples.name(int(index)) for index in batch["index"])
         raise TrainingError(
-            f"the loss is not finite at step {self.trainer.global_step + 1} ({shown}), batch of {names}; "
+            f"the loss is not finite at step {step} ({shown}), batch of {names}; "
             "lower --lr, or look at these frames; checkpoints of the steps before are kept"
         )
 

@@ -109,11 +109,12 @@ class Checkpoints(Callback):
 
     def _save_if_due(self, trainer: Trainer, *, ends: bool = False) -> None:
         steps = trainer.global_step - self._saved_step
-        if not (ends or self.interrupts.asked or steps >= self._card.settings.checkpoint_every):
+        asked = trainer.strategy.reduce_boolean_decision(self.interrupts.asked, all=False)  # of any process
+        if not (ends or asked or steps >= self._card.settings.checkpoint_every):
             return
         self._saved_step = trainer.global_step
         trainer.save_checkpoint(self._run / LAST)
-        if self.interrupts.asked:
+        if asked:
             raise Interrupted
 
     def _save_best(self, trainer: Trainer, system: System) -> None:

@@ -4,13 +4,12 @@ import logging
 import time
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 import torch
 from lightning.pytorch import Callback, Trainer, seed_everything
-from lightning.pytorch.utilities import rank_zero_only
 
 from ogmkit.base.atomic import part_of
 from ogmkit.base.news import Found, Waiting, listening, tell
@@ -27,6 +26,7 @@ from ogmkit.learn.training.events import Events
 from ogmkit.learn.training.found import first_line, slow_warning
 from ogmkit.learn.training.interrupts import Interrupted
 from ogmkit.learn.training.plan import plan_training
+from ogmkit.learn.training.processes import LostProcessError, connected, helps
 from ogmkit.learn.training.progress import Progress
 from ogmkit.learn.training.resuming import resumed_from
 from ogmkit.learn.training.saving import Checkpoints
@@ -91,21 +91,24 @@ def train(
         TrainingError: no frame can be learnt from, or the loss is not finite.
         OutputError: `run` holds something else, can't be written, or another training is under way there.
         CheckpointError: the checkpoint to resume from is damaged or not this training's.
+        LostProcessError: where there are several devices, another one's process has ended.
         KeyboardInterrupt: Ctrl-C, after the step was finished and saved.
     """
     started = time.monotonic()
     plan = plan_training(settings, shards, run, split_file=split_file, overwrite=overwrite)
     full = require_perception(plan.settings, plan.grid)
-    with _quiet(), listening(None) if _helps() else nullcontext():
+    with _quiet(), listening(None) if helps() else nullcontext():
         seed_everything(full.seed, verbose=False)
         system = build_system(full, plan.grid, full.cameras)
         system.freeze_parts()
         data = _data(full, shards, plan.division, system)
         folder = open_folder(run, full, plan.division.splits(), overwrite=overwrite)
-        with nullcontext() if _helps() else folder:
+        if helps():
+            with suppress(KeyboardInterrupt, LostProcessError):  # the first process tells
+                _fit(system, data, run, plan.division, None)
+            return None
+        with folder:
             saving = _fit(system, data, run, plan.division, on_progress)
-    if _helps():
-        return None
     return TrainSummary(
         system=full.system,
         frames=len(data.train_set),
@@ -162,7 +165,8 @@ def _fit(
     watching: list[Callback] = [Metrics(run / METRICS), Samples(run / SAMPLES), Progress(on_progress)]
     trainer = _trainer(settings, run, step, [saving, *watching])
     try:
-        with _pixels_kept(data, run) if settings.cache_samples else nullcontext(), saving.interrupts.held():
+        kept = _pixels_kept(data, run) if settings.cache_samples else nullcontext()
+        with kept, saving.interrupts.held(), connected():
             trainer.fit(system, datamodule=data, ckpt_path=last if last.exists() else None)
     except Interrupted as interrupted:
         raise KeyboardInterrupt from interrupted
@@ -212,11 +216,6 @@ def _trainer(settings: TrainSettings, run: Path, step: int, callbacks: list[Call
         enable_progress_bar=False,
         enable_model_summary=False,
     )
-
-
-def _helps() -> bool:
-    """Whether this process helps another that trains: Lightning starts one for each further device."""
-    return bool(getattr(rank_zero_only, "rank", 0))
 
 
 @contextmanager
