@@ -1,25 +1,20 @@
 """Running one function over many items: in this process, in worker processes, or on a Dask cluster."""
 
-import os
-import threading
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import AbstractContextManager, closing, contextmanager
 from dataclasses import dataclass
-from multiprocessing import get_context
-from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Generic, Protocol, TypeVar
 
 import cv2
 from threadpoolctl import threadpool_limits
 
-from ogmkit.base import cluster
+from ogmkit.base import cluster, processes
 from ogmkit.base.cluster import LOCAL
 from ogmkit.base.interrupts import interrupts_blocked
 from ogmkit.base.names import with_number
-from ogmkit.base.units import Answer, limit_threads, log_level, run_unit
-from ogmkit.errors import OgmkitError
+from ogmkit.base.units import Answer
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -162,7 +157,7 @@ class _Numbered(Generic[Item, Result]):
 def _crew(execution: Execution, shared: Sequence[Path]) -> AbstractContextManager[Crew]:
     if execution.scheduler:
         return cluster.workers_of(execution.scheduler, execution.workers, shared)
-    return _worker_processes(execution.workers)
+    return processes.workers_of(execution.workers)
 
 
 def _as_completed(crew: Crew, function: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
@@ -174,7 +169,7 @@ def _as_completed(crew: Crew, function: Callable[[Item], Result], items: Iterabl
         while not done:
             done, waiting = wait(waiting, _LOOK_S, FIRST_COMPLETED)
             crew.require_alive()
-        yield from (future.result().open() for future in done)
+        yield from (future.result().unpacked() for future in done)
 
     try:
         for item in items:
@@ -187,57 +182,6 @@ def _as_completed(crew: Crew, function: Callable[[Item], Result], items: Iterabl
     finally:
         for future in waiting:
             future.cancel()
-
-
-@dataclass(frozen=True)
-class _Processes:
-    """Own worker processes."""
-
-    executor: ProcessPoolExecutor
-    workers: int
-
-    def submit(self, function: Callable[[Item], Result], item: Item) -> Future[Answer[Result]]:
-        return self.executor.submit(run_unit, function, item, log_level())
-
-    def limit(self) -> int:
-        return 2 * self.workers
-
-    def require_alive(self) -> None:
-        """Futures of a broken pool end by themselves."""
-
-
-@contextmanager
-def _worker_processes(workers: int) -> Iterator[Crew]:
-    """Processes that end at once when their parent dies or the block is left by an exception."""
-    context = get_context("spawn")  # DuckDB's threads don't survive a fork
-    ours, theirs = context.Pipe(duplex=False)
-    executor = ProcessPoolExecutor(workers, context, _start_worker, (ours,))
-    try:
-        yield _Processes(executor, workers)
-    except BrokenExecutor as error:
-        theirs.close()
-        raise OgmkitError(
-            f"a worker process died, perhaps for lack of memory ({error}); what was finished is whole: "
-            "run again, with fewer --workers"
-        ) from error
-    except BaseException:
-        theirs.close()
-        raise
-    finally:
-        executor.shutdown(cancel_futures=True)
-        theirs.close()
-        ours.close()
-
-
-def _start_worker(parent: Connection) -> None:
-    limit_threads()
-    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
-
-
-def _end_with(parent: Connection) -> None:
-    """End this process when the pipe's other end closes: nobody waits for the results any more."""
-    parent.poll(None)
-    os._exit(1)
 
 
 @contextmanager

@@ -36,7 +36,7 @@ class Answer(Generic[Result]):
     error: OgmkitError | None
     records: tuple[logging.LogRecord, ...]
 
-    def open(self) -> Result:
+    def unpacked(self) -> Result:
         """The result, once the records are logged here.
 
         Raises:

@@ -2,6 +2,7 @@ import logging
 import os
 import time
 from contextlib import closing
+from pathlib import Path
 
 import cv2
 import pytest
@@ -9,6 +10,12 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 from ogmkit.base.execution import Execution, run_in_order, run_over
 from ogmkit.errors import DataFileError, OgmkitError
+
+
+@pytest.fixture
+def importable(monkeypatch):
+    """Functions of this file can be imported by processes that are started."""
+    monkeypatch.syspath_prepend(Path(__file__).resolve().parents[2])
 
 
 def watched(items, drawn):
@@ -61,6 +68,7 @@ def slowly(item):
     return item
 
 
+@pytest.mark.usefixtures("importable")
 def test_results_have_the_items_order_where_that_is_asked_for():
     assert list(run_in_order(slowly, range(7), Execution(workers=2))) == list(range(7))
 
@@ -73,6 +81,7 @@ def warned(item):
     return item
 
 
+@pytest.mark.usefixtures("importable")
 def test_log_records_and_errors_come_home_from_processes(caplog):
     caplog.set_level("WARNING", "ogmkit")
     assert sorted(run_over(warned, [0, 1], Execution(workers=2))) == [0, 1]

@@ -49,8 +49,11 @@ SMALL = {
 """Options that the test sets where a command has them, by command; "" is all. An empty value removes one."""
 OTHERS = re.compile(r"(make |python|pip |\. |echo |_OGMKIT_COMPLETE=)")
 """Lines of blocks that call no command of ogmkit's."""
-RUN_ELSEWHERE = ("README.md", "DESCRIPTION.md", "docs/first-hour.md", "docs/api.md")
-"""Pages whose blocks of Python need a dataset: a test below, `make release-check`, tests/test_public.py."""
+RUN_ELSEWHERE = ("README.md", "DESCRIPTION.md", "docs/first-hour.md", "docs/api.md", "docs/scaling.md")
+"""Pages whose blocks of Python need a dataset: a test below, `make release-check`, tests/test_public.py.
+
+Or a queue of SLURM's: nothing runs that block.
+"""
 SHELL = """
 set -f
 ogmkit() { printf '%s\\t' "$@"; printf '\\n'; }
