@@ -150,9 +150,9 @@ def test_a_worker_that_sees_no_folder_is_named(tmp_path, monkeypatch):
     monkeypatch.setattr(cluster_worker, "_name", lambda: "tcp://10.0.0.8:4711 on node-8")
     terms = cluster_worker.Terms("run", cluster_worker.releases(), (tmp_path, tmp_path / "absent"), 0)
     with pytest.raises(OgmkitError, match=r"^worker tcp\S+ on node-8 sees no .*absent; the folder must"):
-        cluster_worker.work(terms, b"").open()
+        cluster_worker.work(terms, b"").unpacked()
     (tmp_path / "absent").touch()
-    assert cluster_worker.work(terms, cluster._packed((abs, -7))).open() == 7
+    assert cluster_worker.work(terms, cluster._packed((abs, -7))).unpacked() == 7
 
 
 def test_another_release_is_refused(on_two, monkeypatch):
