@@ -23,7 +23,7 @@ from .options import (
     version_option,
     workers_option,
 )
-from .paths import ANY
+from .paths import NEW_SHARDS
 from .progress import progress
 from .record_options import record_options
 from .text import one_line
@@ -47,7 +47,7 @@ _NAMED = 3
     ),
 )
 @dataroot_argument
-@click.argument("out", type=ANY)
+@click.argument("out", type=NEW_SHARDS)
 @version_option
 @scenes_option
 @splits_option

@@ -5,7 +5,8 @@ from pathlib import Path
 import click
 
 from .command import Command
-from .options import json_option, shards_argument
+from .options import json_option
+from .paths import ALL_SHARDS
 from .progress import progress
 from .text import json_text, lines_text
 
@@ -17,7 +18,7 @@ from .text import json_text, lines_text
         "ogmkit verify shards --json",
     ),
 )
-@shards_argument
+@click.argument("shards", type=ALL_SHARDS)
 @json_option
 def command(shards: Path, as_json: bool) -> None:
     """Check shards against their schema, checksums and each other.

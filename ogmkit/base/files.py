@@ -14,6 +14,8 @@ from io import BufferedReader, FileIO
 from pathlib import Path
 from typing import Any, Literal
 
+from ogmkit.base.remote import fetched
+
 MAX_BYTES = 1 << 28
 """Of a file that is read whole: 256 MiB."""
 
@@ -31,7 +33,12 @@ def file_status(path: Path) -> os.stat_result:
     Raises:
         OSError: it is absent, can't be reached, or is a folder, pipe or device.
     """
-    status = path.stat()
+    try:
+        status = path.stat()
+    except FileNotFoundError:
+        if not fetched(path):
+            raise
+        status = path.stat()
     _require_regular(path, status)
     return status
 

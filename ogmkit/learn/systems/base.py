@@ -211,7 +211,9 @@ class System(LightningModule):
             return
         step = self.trainer.global_step + 1
         if all(bool(torch.isfinite(value.detach())) for value in terms.values()):
-            raise TrainingError(f"the loss is not finite at step {step} on another device, which names its batch")
+            raise TrainingError(
+                f"the loss is not finite at step {step} on another device, which names its batch"
+            )
         shown = ", ".join(f"{name} {float(value.detach()):g}" for name, value in terms.items())
         names = "; ".join(samples.name(int(index)) for index in batch["index"])
         raise TrainingError(
