@@ -124,8 +124,8 @@ def required(config, *extras):
     return {canonical(Requirement(line).name) for line in lines}
 
 
-def test_core_imports_its_requirements_and_parquets_alone_of_the_extras(config):
-    assert distributions(third_party_imports(modules(learn=False))) <= required(config, "parquet")
+def test_core_imports_its_requirements_and_two_of_the_extras(config):
+    assert distributions(third_party_imports(modules(learn=False))) <= required(config, "parquet", "remote")
 
 
 def test_learn_imports_the_core_and_its_extras(config):

@@ -14,6 +14,7 @@ USES: Mapping[str, str] = MappingProxyType(
         "pretrained": "networks that begin with EfficientNet-Lite weights",
         "parquet": "export-shards --format parquet and hf",
         "onnx": "export",
+        "remote": "shards in an object store, s3://BUCKET/FOLDER",
     }
 )
 """Extra → what it is needed for; those of development are left out."""
