@@ -1,6 +1,6 @@
-"""What one GPU eats and how many loader workers feed it: operations a frame, computed; frames a worker, measured.
+"""What one GPU eats and how many loader workers feed it: operations computed, frames a worker measured.
 
-`python benchmarks/gpu_feed.py [TFLOPS]`: what the GPU sustains in training, 100 unless given. No GPU is needed.
+`python benchmarks/gpu_feed.py [TFLOPS]`: what the GPU sustains, 100 unless given. No GPU is needed.
 """
 
 import sys

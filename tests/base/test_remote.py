@@ -21,7 +21,9 @@ from ogmkit.shards.listed import listed_shard
 from ogmkit.shards.manifest import read_manifest
 
 if any(importlib.util.find_spec(name) is None for name in ("s3fs", "moto", "flask_cors")):
-    pytest.skip("s3fs or moto's server is not installed: pip install 'ogmkit[dev,remote]'", allow_module_level=True)
+    pytest.skip(
+        "s3fs or moto's server is not installed: pip install 'ogmkit[dev,remote]'", allow_module_level=True
+    )
 
 GRID = ("--cell-size", "0.5", "--rows", "80", "--columns", "60", "--ego-row", "80", "--ego-column", "34")
 SERVER = Path(__file__).parent / "store" / "server.py"
