@@ -14,8 +14,8 @@ EXACT := $(addprefix tests/,geometry raster homography footprints metrics test_g
 	--deselect=tests/raster/test_drivable.py::test_random_poses_on_the_real_masks_follow_the_devkit_s_rule
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test slow pictures harden mutants conformance conformance-env environments bench bench-learn bench-plan \
-	bench-tables bench-real bench-scale
+.PHONY: help install demo test slow pictures site release-check harden mutants conformance conformance-env environments bench \
+	bench-learn bench-plan bench-tables bench-real bench-scale demo-start
 
 help:
 	@echo "make install      $(VENV) with the ogmkit command and what training needs"
@@ -23,6 +23,8 @@ help:
 	@echo "make test         linters, types, import contract and tests"
 	@echo "make slow         the long tests: four frames, four sequences learnt by heart, kills, masks of real size"
 	@echo "make pictures     the pictures of README.md and docs/ that need no training"
+	@echo "make site         the pages as a site, under site/, with the help of every command and the public names"
+	@echo "make release-check  wheel and sdist in new environments of every Python here, at the oldest releases too; 20 minutes"
 	@echo "make harden       faults, kills and broken inputs for every command, 90 minutes at a time; resumes"
 	@echo "make mutants      change the exact modules one place at a time: do their own tests notice? half an hour"
 	@echo "make conformance  ogmkit beside the official nuScenes devkit, in $(DEVKIT)"
@@ -45,7 +47,7 @@ $(VENV)/.installed: $(METADATA) constraints.txt
 	@touch $@
 
 $(VENV)/.installed-dev: $(VENV)/.installed
-	$(VENV)/bin/python -m pip install $(PIP_FLAGS) -e '.[dev,train,pretrained,parquet,onnx,remote]' -c constraints.txt
+	$(VENV)/bin/python -m pip install $(PIP_FLAGS) -e '.[dev,train,pretrained,parquet,onnx,docs,view,cluster,remote]' -c constraints.txt
 	@touch $@
 
 $(VENV)/.installed-mutants: $(VENV)/.installed-dev
@@ -68,7 +70,7 @@ demo: $(VENV)/.installed
 	$(VENV)/bin/ogmkit inspect demo/shards
 	$(VENV)/bin/ogmkit preview demo/shards --out demo/pictures/preview --view targets --view footprints --view stretch
 	@echo
-	@echo "This demo shows the workflow; 20 frames are too few for useful scores. demo/manifest.json says what made what."
+	@echo "20 frames are too few to learn from; planners start from other synthetic scenes. demo/manifest.json says what made what."
 	@echo "Open demo/report.html: it shows all of it."
 
 test: $(VENV)/.installed-dev
@@ -83,6 +85,11 @@ slow: $(VENV)/.installed-dev
 
 pictures: $(VENV)/.installed
 	$(VENV)/bin/python docs/make_pictures.py
+	$(VENV)/bin/python docs/concept_pictures.py
+
+site: $(VENV)/.installed-dev
+	NO_MKDOCS_2_WARNING=1 $(VENV)/bin/mkdocs build --quiet --site-dir site
+	@echo "The site is in site/: $(VENV)/bin/python -m http.server --directory site"
 
 # MINUTES=8 stops sooner; another run goes on with what is missing. Counts are in benchmarks/results/harden.
 MINUTES ?= 90
@@ -93,6 +100,10 @@ harden: $(VENV)/.installed-dev
 mutants: $(VENV)/.installed-mutants
 	OMP_NUM_THREADS=1 $(VENV)/bin/pytest -q -m "slow or not slow" tests/mutants
 	OMP_NUM_THREADS=1 $(VENV)/bin/python tests/mutants/mutants.py
+
+# In new environments, from the index that pip is set to; RELEASE="--only oldest --python 3.11" does a part.
+release-check: $(VENV)/.installed-dev
+	$(VENV)/bin/python tests/release/check.py $(RELEASE)
 
 conformance-env: $(DEVKIT)/.installed
 
@@ -129,3 +140,7 @@ bench-real: $(VENV)/.installed-dev
 # Leave the machine alone meanwhile; a part at a time, and what is there is kept.
 bench-scale: $(VENV)/.installed
 	$(VENV)/bin/python benchmarks/scale.py $(SCALE)
+
+# The weights that the demo's planners start from: half an hour of a core.
+demo-start: $(VENV)/.installed
+	OMP_NUM_THREADS=1 $(VENV)/bin/python fixtures/make_demo_start.py

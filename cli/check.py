@@ -12,7 +12,14 @@ from ogmkit.shards.settings import ExtractSettings
 from ogmkit.target_settings import TargetSettings
 
 from .command import Command
-from .options import dataroot_argument, json_option, list_option, version_option
+from .options import (
+    dataroot_argument,
+    json_option,
+    list_option,
+    scheduler_option,
+    version_option,
+    workers_option,
+)
 from .progress import progress
 from .record_options import setting_options
 from .text import json_text, lines_text
@@ -35,6 +42,8 @@ if TYPE_CHECKING:
 @setting_options(ExtractSettings, "cameras")
 @setting_options(TargetSettings, "images", "lidar", "lidar_channel", "no_map", "categories")
 @list_option("--exclude", metavar="RULE,…", help="Rules to leave out, such as R704; repeat or use commas.")
+@workers_option
+@scheduler_option
 @json_option
 @click.option("--strict", is_flag=True, help="Fail on warnings too.")
 @click.option(
@@ -53,6 +62,8 @@ def command(
     no_map: bool,
     categories: tuple[str, ...],
     exclude: tuple[str, ...],
+    workers: int,
+    scheduler: str,
     as_json: bool,
     strict: bool,
     fix: str | None,
@@ -66,6 +77,7 @@ def command(
     Fields of --json: errors and warnings (how many rules are broken), findings (a list: rule, severity,
     title, remedy, count, examples), fixed (a list: table, column, count).
     """
+    from ogmkit.base.execution import Execution
     from ogmkit.nuscenes.check import check_dataset
     from ogmkit.nuscenes.fix import fix_tables
     from ogmkit.nuscenes.uses import Use
@@ -75,7 +87,8 @@ def command(
         version = fix
     use = Use(cameras, images != "none", lidar_channel if lidar else None, not no_map, categories)
     with progress(None, "files", "check") as advance:
-        findings = check_dataset(dataroot, version, use=use, exclude=exclude, on_progress=advance)
+        execution = Execution(workers, scheduler, on_progress=advance)
+        findings = check_dataset(dataroot, version, use=use, exclude=exclude, execution=execution)
     errors = sum(finding.severity == "error" for finding in findings)
     warnings = len(findings) - errors
     if as_json:

@@ -50,8 +50,8 @@ def command(
     camera file is read, but the map expansion is. To resume after an interruption, run the same command
     again.
     """
+    from ogmkit.base.execution import Execution
     from ogmkit.nuscenes.dataset import Dataset
-    from ogmkit.pipeline.execution import Execution
     from ogmkit.pipeline.exports.cvt import export_cvt
     from ogmkit.pipeline.selection import select_scenes
 

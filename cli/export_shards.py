@@ -42,7 +42,7 @@ def command(shards: Path, out: Path, form: ExportFormat, workers: int) -> None:
     vehicle. Values are those of the shards; rasters and images are PNG and JPEG files. OUT/export.json lists
     the files with checksums and splits. To resume after an interruption, run the same command again.
     """
-    from ogmkit.pipeline.execution import Execution
+    from ogmkit.base.execution import Execution
     from ogmkit.pipeline.exports.export import export_shards
 
     with progress(None, "scenes", "export-shards") as advance:

@@ -18,6 +18,7 @@ from .options import (
     cache_dir_option,
     dataroot_argument,
     scenes_option,
+    scheduler_option,
     split_file_option,
     splits_option,
     version_option,
@@ -56,6 +57,7 @@ _NAMED = 3
 @record_options(TargetSettings, "targets")
 @record_options(ExtractSettings, "settings")
 @workers_option
+@scheduler_option
 @cache_dir_option
 @click.option("--overwrite", is_flag=True, help="Rebuild existing shards; other settings are allowed.")
 @click.option("--strict", is_flag=True, help="Stop at the first scene that fails.")
@@ -71,6 +73,7 @@ def command(
     targets: TargetSettings,
     settings: ExtractSettings,
     workers: int,
+    scheduler: str,
     cache_dir: Path | None,
     overwrite: bool,
     strict: bool,
@@ -85,8 +88,8 @@ def command(
     Scenes that fail are named at the end, with exit code 1; scenes that are left out are named too, with exit
     code 0 unless none is left.
     """
+    from ogmkit.base.execution import Execution
     from ogmkit.nuscenes.dataset import Dataset
-    from ogmkit.pipeline.execution import Execution
     from ogmkit.pipeline.extract import extract
     from ogmkit.pipeline.extract_summary import grouped
     from ogmkit.pipeline.plan import plan
@@ -105,7 +108,7 @@ def command(
                 settings,
                 scenes=chosen,
                 splits=dataset.splits(split_file),
-                execution=Execution(workers, overwrite=overwrite, on_progress=advance),
+                execution=Execution(workers, scheduler, overwrite=overwrite, on_progress=advance),
                 strict=strict,
                 cache_dir=cache_dir,
             )

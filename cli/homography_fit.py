@@ -16,6 +16,7 @@ from .options import (
     cameras_option,
     json_option,
     list_option,
+    scheduler_option,
     shards_argument,
     theme_option,
     workers_option,
@@ -47,6 +48,7 @@ from .text import json_text
 @cameras_option()
 @record_options(FitSettings, "settings")
 @workers_option
+@scheduler_option
 @click.option("--overwrite", is_flag=True, help="Refit existing homographies; other settings are allowed.")
 @click.option(
     "--plot",
@@ -62,6 +64,7 @@ def command(
     cameras: tuple[str, ...],
     settings: FitSettings,
     workers: int,
+    scheduler: str,
     overwrite: bool,
     plot: Path | None,
     theme: ThemeName,
@@ -78,7 +81,7 @@ def command(
     valid, residual_px and residual_cells (medians), left_out (by distance: from_m, to_m, boxes, median_m,
     p90_m, refused_share), invalid (reason, frames)). What was not measured is null.
     """
-    from ogmkit.pipeline.execution import Execution
+    from ogmkit.base.execution import Execution
     from ogmkit.pipeline.homography_fit import fit_shards
 
     if plot is not None:
@@ -91,7 +94,7 @@ def command(
             methods,
             settings,
             cameras=cameras,
-            execution=Execution(workers, overwrite=overwrite, on_progress=advance),
+            execution=Execution(workers, scheduler, overwrite=overwrite, on_progress=advance),
         )
     click.echo(json_text(summary_values(summary)) if as_json else "\n".join(summary_lines(summary)))
     if plot is not None:

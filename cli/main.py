@@ -41,6 +41,7 @@ COMMANDS = {
     "export-cvt": "Write labels for cross_view_transformers' training code.",
     "preview": "Draw contact sheets of extracted frames.",
     "report": "Write one HTML file that shows what there is.",
+    "view": "Show shards in the Rerun viewer, to move about in space and time.",
     "cache": "Show or clear the cache of decoded map masks.",
     "doctor": "Show what this installation has, and what it lacks for what.",
 }

@@ -7,6 +7,7 @@ from typing import Any, TypeVar
 import click
 
 from ogmkit.drawing.palette import THEMES
+from ogmkit.errors import SettingsError
 
 from .paths import EXISTING, EXISTING_FOLDER, FOLDER, SHARDS
 
@@ -65,6 +66,18 @@ def _joined(
     """All occurrences of an option as one tuple."""
     del context, parameter
     return tuple(name for names in values for name in names)
+
+
+def _scheduler(context: click.Context, parameter: click.Parameter, value: str) -> str:
+    """Refuse what can't be a scheduler, as any wrong value of an option."""
+    if value:
+        from ogmkit.base.cluster import require_usable
+
+        try:
+            require_usable(value)
+        except SettingsError as error:
+            raise click.BadParameter(str(error), context, parameter) from error
+    return value
 
 
 def size(value: str | Sequence[int]) -> tuple[int, int]:
@@ -134,6 +147,15 @@ workers_option = click.option(
     show_default=True,
     callback=lambda context, parameter, value: max(value, 1),
     help="Number of worker processes; 0 or 1 works in this process.",
+)
+
+scheduler_option = click.option(
+    "--scheduler",
+    metavar="ADDRESS|local",
+    default="",
+    callback=_scheduler,
+    help="Dask scheduler whose workers do the work, such as tcp://10.0.0.7:8786, or local: a Dask cluster of "
+    "--workers processes of this machine.  [default: none]",
 )
 
 cache_dir_option = click.option(

@@ -12,7 +12,7 @@ from .command import Command
 from .extras import require_train
 from .groups import SuggestingGroup
 from .homography_table import summary_lines
-from .options import cameras_option, shards_argument
+from .options import cameras_option, scheduler_option, shards_argument, workers_option
 from .predict_masks import SYSTEMS, batch_size_option, checkpoint_option, system_command
 from .predict_plan import plan
 from .progress import progress
@@ -33,7 +33,7 @@ def command() -> None:
     cls=Command,
     examples=(
         "ogmkit predict homography shards --checkpoint runs/homography",
-        "ogmkit predict homography shards --checkpoint runs/other --name network-other",
+        "ogmkit predict homography shards --checkpoint runs/other --name network-other --workers 2",
     ),
 )
 @shards_argument
@@ -47,9 +47,18 @@ def command() -> None:
 )
 @cameras_option()
 @batch_size_option
+@workers_option
+@scheduler_option
 @click.option("--overwrite", is_flag=True, help="Replace existing predictions; another RUN is allowed.")
 def homography(
-    shards: Path, checkpoint: Path, name: str, cameras: tuple[str, ...], batch_size: int, overwrite: bool
+    shards: Path,
+    checkpoint: Path,
+    name: str,
+    cameras: tuple[str, ...],
+    batch_size: int,
+    workers: int,
+    scheduler: str,
+    overwrite: bool,
 ) -> None:
     """Add a network's homographies to shards.
 
@@ -64,6 +73,7 @@ def homography(
     require_predictable(checkpoint, shards, Choice(cameras=cameras))  # before torch, which takes its time
     with progress(None, "shards", "predict homography") as advance:
         tell(Waiting("loading torch"))
+        from ogmkit.base.execution import Execution
         from ogmkit.learn.predict.homographies import predict_homographies
 
         summary = predict_homographies(
@@ -71,9 +81,8 @@ def homography(
             checkpoint,
             name=name,
             cameras=cameras,
-            overwrite=overwrite,
             batch_size=batch_size,
-            on_progress=advance,
+            execution=Execution(workers, scheduler, overwrite=overwrite, on_progress=advance),
         )
     for line in summary_lines(summary):
         click.echo(line)

@@ -9,7 +9,7 @@ import click
 from ogmkit.footprints.settings import FootprintSettings
 
 from .command import Command
-from .options import cameras_option, shards_argument, workers_option
+from .options import cameras_option, scheduler_option, shards_argument, workers_option
 from .progress import progress
 from .record_options import record_options
 from .text import with_number
@@ -26,12 +26,14 @@ from .text import with_number
 @record_options(FootprintSettings, "settings")
 @cameras_option()
 @workers_option
+@scheduler_option
 @click.option("--overwrite", is_flag=True, help="Rebuild an existing set; other settings are allowed.")
 def command(
     shards: Path,
     settings: FootprintSettings,
     cameras: tuple[str, ...],
     workers: int,
+    scheduler: str,
     overwrite: bool,
 ) -> None:
     """Render drivable area and vehicles as camera-view masks.
@@ -40,7 +42,7 @@ def command(
     without a valid homography are marked, and their masks left empty. To resume after an interruption, run
     the same command again.
     """
-    from ogmkit.pipeline.execution import Execution
+    from ogmkit.base.execution import Execution
     from ogmkit.pipeline.render_footprints import render_footprints
 
     with progress(None, "shards", "render-footprints") as advance:
@@ -48,7 +50,7 @@ def command(
             shards,
             settings,
             cameras=cameras,
-            execution=Execution(workers, overwrite=overwrite, on_progress=advance),
+            execution=Execution(workers, scheduler, overwrite=overwrite, on_progress=advance),
         )
     click.echo(
         f"{summary.name}: {with_number(summary.frames, 'frame')} in {with_number(summary.shards, 'shard')} "

@@ -8,6 +8,7 @@ import importlib
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from ogmkit.base.execution import Execution
     from ogmkit.errors import OgmkitError
     from ogmkit.footprints.settings import FootprintSettings
     from ogmkit.footprints.warp import warp_to_bev, warp_to_image
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     from ogmkit.nuscenes.dataset import Dataset
     from ogmkit.pictures.preview import preview
     from ogmkit.pictures.settings import PreviewSettings
-    from ogmkit.pipeline.execution import Execution
     from ogmkit.pipeline.extract import extract
     from ogmkit.pipeline.homography_fit import fit_shards
     from ogmkit.pipeline.render_footprints import render_footprints
@@ -36,9 +36,10 @@ if TYPE_CHECKING:
     from ogmkit.target_settings import TargetSettings
     from ogmkit.targets import FrameTargets, frame_targets
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 _HOMES = {
+    "base.execution": ("Execution",),
     "errors": ("OgmkitError",),
     "footprints.settings": ("FootprintSettings",),
     "footprints.warp": ("warp_to_bev", "warp_to_image"),
@@ -52,7 +53,6 @@ _HOMES = {
     "nuscenes.dataset": ("Dataset",),
     "pictures.preview": ("preview",),
     "pictures.settings": ("PreviewSettings",),
-    "pipeline.execution": ("Execution",),
     "pipeline.extract": ("extract",),
     "pipeline.homography_fit": ("fit_shards",),
     "pipeline.render_footprints": ("render_footprints",),

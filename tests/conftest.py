@@ -5,6 +5,7 @@ import importlib.util
 import json
 import os
 import shutil
+import sys
 from collections import defaultdict
 from dataclasses import replace
 from pathlib import Path
@@ -173,6 +174,24 @@ def copy_scenes():
         return out
 
     return copy
+
+
+@pytest.fixture(scope="session")
+def chromium():
+    found = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    if found is None:
+        pytest.skip("no Chromium is installed: apt-get install chromium")
+    return found
+
+
+@pytest.fixture(scope="session")
+def browse(chromium, tmp_path_factory):
+    """A browser: `with browse(dark=True) as page`."""
+    place = Path(__file__).with_name("report") / "browser.py"
+    spec = importlib.util.spec_from_file_location("browser", place)
+    module = sys.modules["browser"] = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return lambda **options: module.Browser(chromium, tmp_path_factory.mktemp("browser"), **options)
 
 
 @pytest.fixture(scope="session")

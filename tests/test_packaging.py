@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tarfile
 import zipfile
 from importlib import metadata
 from pathlib import Path
@@ -31,7 +32,7 @@ def wheel(tmp_path_factory):
     folder = tmp_path_factory.mktemp("wheel")
     source = folder / "source"
     source.mkdir()
-    for name in ("setup.cfg", "pyproject.toml", "README.md", "LICENSE"):
+    for name in ("setup.cfg", "pyproject.toml", "DESCRIPTION.md", "LICENSE"):
         shutil.copy(ROOT / name, source)
     for name in ("ogmkit", "cli"):
         shutil.copytree(ROOT / name, source / name, ignore=shutil.ignore_patterns("__pycache__"))
@@ -78,7 +79,7 @@ def modules(*, learn):
 
 def distributions(names):
     """The distributions that these top-level names come from."""
-    known = metadata.packages_distributions()
+    known = {"rerun": ["rerun-sdk"]} | dict(metadata.packages_distributions())  # also where it is absent
     return {canonical(name) for top in names for name in known.get(top, [top])}
 
 
@@ -124,8 +125,9 @@ def required(config, *extras):
     return {canonical(Requirement(line).name) for line in lines}
 
 
-def test_core_imports_its_requirements_and_two_of_the_extras(config):
-    assert distributions(third_party_imports(modules(learn=False))) <= required(config, "parquet", "remote")
+def test_core_imports_its_requirements_and_four_of_the_extras(config):
+    imported = distributions(third_party_imports(modules(learn=False)))
+    assert imported <= required(config, "parquet", "view", "cluster", "remote")
 
 
 def test_learn_imports_the_core_and_its_extras(config):
@@ -133,6 +135,46 @@ def test_learn_imports_the_core_and_its_extras(config):
     if any(name not in metadata.packages_distributions() for name in imported):
         pytest.skip("not installed: pip install 'ogmkit[train,onnx]'")
     assert distributions(imported) <= required(config, "train", "onnx")
+
+
+def test_the_sdist_has_every_file(tmp_path):
+    if not (ROOT / ".git").exists() or shutil.which("git") is None:
+        pytest.skip("no clone: git says which files there are")
+    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True)
+    names = {name for name in listed.stdout.split("\0") if name and (ROOT / name).exists()}
+    for name in names:
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(ROOT / name, tmp_path / name)
+    code = "import setuptools.build_meta as b; b.build_sdist('dist')"
+    subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True, capture_output=True)
+    (archive,) = (tmp_path / "dist").glob(f"ogmkit-{ogmkit.__version__}.tar.gz")
+    with tarfile.open(archive) as packed:
+        found = {name.partition("/")[2] for name in packed.getnames()}
+
+    assert len(names) > 1000
+    assert names - found == set()
+
+
+def test_the_description_for_an_index_leads_nowhere_relative(wheel):
+    (metadata_file,) = (name for name in wheel.namelist() if name.endswith("/METADATA"))
+    shown = wheel.read(metadata_file).decode()
+    description = (ROOT / "DESCRIPTION.md").read_text(encoding="utf-8")
+
+    assert description.strip() in shown
+    assert [link for link in re.findall(r"\]\(([^)]+)\)", description) if "://" not in link] == []
+    assert "License-Expression: Apache-2.0" in shown
+    assert "Author: ogmkit contributors" in shown
+
+
+def test_the_oldest_releases_are_the_lower_bounds_of_the_core(config):
+    lines = _lines((ROOT / "constraints-oldest.txt").read_text(encoding="utf-8"))
+    pins = dict(line.split("==") for line in lines if line[0] != "#")
+    for requirement in map(Requirement, _lines(config["options"]["install_requires"])):
+        (bound,) = requirement.specifier
+        assert bound.operator == ">="
+        pinned = pins.pop(requirement.name)
+        assert f"{pinned}.".startswith(f"{bound.version}."), requirement
+    assert pins == {}
 
 
 def test_constraints_pin_every_requirement(config):

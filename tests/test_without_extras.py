@@ -9,7 +9,8 @@ import pytest
 BLOCKED = """
 import sys
 for name in ("torch", "torchvision", "lightning", "kornia", "segmentation_models_pytorch", "torchmetrics",
-             "tensorboard", "yaml", "onnx", "onnxruntime", "matplotlib", "scipy", "pyarrow"):
+             "tensorboard", "yaml", "onnx", "onnxruntime", "matplotlib", "scipy", "pyarrow", "rerun",
+             "distributed"):
     sys.modules[name] = None
 from ogmkit_cli.main import main
 main(prog_name="ogmkit")
@@ -40,7 +41,7 @@ def test_every_module_of_the_core_imports_without_them():
     code = """
 import sys, pkgutil, importlib
 for name in ("torch", "lightning", "kornia", "segmentation_models_pytorch", "torchmetrics", "yaml", "onnx",
-             "pyarrow"):
+             "pyarrow", "rerun", "distributed"):
     sys.modules[name] = None
 import ogmkit
 names = [module.name for module in pkgutil.walk_packages(ogmkit.__path__, "ogmkit.")
@@ -97,6 +98,24 @@ def test_parquet_says_how_to_install_what_it_needs(folder, shards):
             "ogmkit: error: needs pyarrow, which is not installed: pip install 'ogmkit[parquet]'\n",
         )
         assert not (folder / layout).exists()
+
+
+def test_the_viewer_says_how_to_install_what_it_needs(folder, shards):
+    result = run("view", shards, "--save", folder / "scene.rrd")
+    assert (result.returncode, result.stderr) == (
+        1,
+        "ogmkit: error: needs rerun, which is not installed: pip install 'ogmkit[view]'\n",
+    )
+    assert not (folder / "scene.rrd").exists()
+
+
+def test_a_scheduler_says_how_to_install_what_it_needs(shards):
+    for scheduler in ("local", "tcp://10.0.0.7:8786"):
+        result = run("verify", shards, "--scheduler", scheduler)
+        assert (result.returncode, result.stderr) == (
+            1,
+            "ogmkit: error: needs distributed, which is not installed: pip install 'ogmkit[cluster]'\n",
+        )
 
 
 def test_training_says_how_to_install_what_it_needs(folder, shards):

@@ -7,6 +7,7 @@ import functools
 import json
 import os
 import re
+import socket
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -14,7 +15,8 @@ from pathlib import Path
 from ogmkit.base.remote import published, removed
 from ogmkit.errors import OutputError
 
-_PART = re.compile(r"\..+\.(\d+)\.part")
+_PART = re.compile(r"\..+\.(?:(?P<host>[\w-]+)-)?(?P<process>\d+)\.part")
+_HOST = re.sub(r"[^\w-]", "_", socket.gethostname(), flags=re.ASCII)
 
 
 @contextmanager
@@ -42,7 +44,7 @@ def replacing(path: Path) -> Iterator[Path]:
     """
     if not path.name or (path.exists() and not (path.is_file() or path.is_dir())):
         raise OutputError(f"{path}: is not a regular file that could be replaced; choose another name")
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    part = part_of(path)
     with output_errors(path):
         _remove_left(path.parent)
         try:
@@ -86,8 +88,13 @@ def require_outside(path: Path, out: Path) -> None:
         raise OutputError(f"{path}: lies in {out}, which holds nothing but shards; choose another place")
 
 
+def part_of(path: Path) -> Path:
+    """The name under which this process writes a file; machines that share a folder have their own."""
+    return path.with_name(f".{path.name}.{_HOST}-{os.getpid()}.part")
+
+
 def is_part(path: Path) -> bool:
-    """Whether the name is one that `replacing` gives."""
+    """Whether the name is one that `part_of` gives."""
     return _PART.fullmatch(path.name) is not None
 
 
@@ -100,11 +107,11 @@ def remove_parts(folder: Path) -> None:
 
 @functools.cache
 def _remove_left(folder: Path) -> None:
-    """Remove the parts of files whose processes are gone; once for each folder."""
+    """Remove the parts of files whose processes, of this machine, are gone; once for each folder."""
     with suppress(OSError):  # they harm nobody
         for path in folder.iterdir():
             found = _PART.fullmatch(path.name)
-            if found is not None and not _runs(int(found[1])):
+            if found is not None and found["host"] in (None, _HOST) and not _runs(int(found["process"])):
                 path.unlink(missing_ok=True)
 
 

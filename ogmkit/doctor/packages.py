@@ -14,6 +14,8 @@ USES: Mapping[str, str] = MappingProxyType(
         "pretrained": "networks that begin with EfficientNet-Lite weights",
         "parquet": "export-shards --format parquet and hf",
         "onnx": "export",
+        "view": "view",
+        "cluster": "--scheduler",
         "remote": "shards in an object store, s3://BUCKET/FOLDER",
     }
 )

@@ -3,18 +3,18 @@
 An error is what makes the extraction of some scene fail for the use in question; all else is a warning.
 """
 
-from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 from typing import Literal
 
+from ogmkit.base.execution import DEFAULT_EXECUTION, Execution
 from ogmkit.base.names import unknown
 from ogmkit.errors import SettingsError, TableError
 from ogmkit.nuscenes.array_file import MISSING
 from ogmkit.nuscenes.categories import require_known
-from ogmkit.nuscenes.files import FILE_RULES, file_problems
+from ogmkit.nuscenes.files import EXAMPLES, FILE_RULES, file_problems
 from ogmkit.nuscenes.found import with_found
 from ogmkit.nuscenes.paths import one_line
 from ogmkit.nuscenes.plausible import implausible
@@ -25,9 +25,6 @@ from ogmkit.nuscenes.splits import SPLITS_FILE, read_split_file, require_present
 from ogmkit.nuscenes.tables import Tables
 from ogmkit.nuscenes.uses import Use, prepare
 from ogmkit.nuscenes.versions import find_version
-
-EXAMPLES = 3
-"""First examples that a finding holds."""
 
 Severity = Literal["error", "warning"]
 _USE = Use()
@@ -80,7 +77,7 @@ def check_dataset(
     *,
     use: Use = _USE,
     exclude: Sequence[str] = (),
-    on_progress: Callable[[int, int], None] | None = None,
+    execution: Execution = DEFAULT_EXECUTION,
 ) -> tuple[Finding, ...]:
     """Apply every rule to a dataset.
 
@@ -89,7 +86,7 @@ def check_dataset(
         version: the version folder's name; None where there is only one `v1.0-*`.
         use: what the dataset is to be used for; what `extract` makes by default.
         exclude: numbers of rules whose findings are left out.
-        on_progress: called with the number of files looked at and of all.
+        execution: where the files are looked at; progress counts them.
 
     Returns:
         The broken rules in order of number, errors before warnings. Where a table that records are made
@@ -99,18 +96,17 @@ def check_dataset(
         TableError: the root or its version folder is absent.
         SettingsError: the version is absent, or several are there and none was asked for; a rule is
             unknown.
+        OgmkitError: a worker process died, or the scheduler is gone.
     """
     known = tuple(all_rules())
     for rule in exclude:
         if rule not in known:
             raise SettingsError(unknown("rule", rule, known))
-    found = _findings(dataset_root, version, use, on_progress)
+    found = _findings(dataset_root, version, use, execution)
     return tuple(finding for finding in found if finding.rule not in exclude)
 
 
-def _findings(
-    dataset_root: Path, version: str | None, use: Use, on_progress: Callable[[int, int], None] | None
-) -> tuple[Finding, ...]:
+def _findings(dataset_root: Path, version: str | None, use: Use, execution: Execution) -> tuple[Finding, ...]:
     folder = dataset_root / find_version(dataset_root, version)
     with Tables(folder, complete=True) as tables:
         findings = list(_load(tables, use))
@@ -122,7 +118,7 @@ def _findings(
             findings += _broken(tables, rule, use)
         findings += _lacking_findings(tables, use)
         findings += _split_findings(tables, dataset_root)
-        findings += _file_findings(tables, dataset_root, use, on_progress)
+        findings += _file_findings(tables, dataset_root, use, execution)
         findings += _whole_findings(tables, dataset_root, use)
     return tuple(sorted(findings, key=lambda finding: finding.rule))
 
@@ -200,26 +196,17 @@ def _split_findings(tables: Tables, root: Path) -> Iterator[Finding]:
         yield _other("R606", "warning", 1, one_line(str(error)))
 
 
-def _file_findings(
-    tables: Tables, root: Path, use: Use, on_progress: Callable[[int, int], None] | None
-) -> Iterator[Finding]:
-    counts: Counter[tuple[str, bool]] = Counter()
-    examples: defaultdict[tuple[str, bool], list[str]] = defaultdict(list)
+def _file_findings(tables: Tables, root: Path, use: Use, execution: Execution) -> Iterator[Finding]:
     seen = 0
     ((total,),) = tables.rows("SELECT (SELECT count(*) FROM sample_data) + (SELECT count(*) FROM map)")
 
-    def tick() -> None:
+    def tick(files: int) -> None:
         nonlocal seen
-        seen += 1
-        if on_progress is not None:
-            on_progress(seen, total)
+        seen += files
+        execution.report(seen, total)
 
-    for rule, fatal, text in file_problems(tables, root, use, tick):
-        counts[rule, fatal] += 1
-        if counts[rule, fatal] <= EXAMPLES:
-            examples[rule, fatal].append(one_line(text))
-    for (rule, fatal), count in sorted(counts.items(), key=lambda item: (item[0][0], not item[0][1])):
+    problems = file_problems(tables, root, use, execution, tick)
+    for (rule, fatal), found in sorted(problems.items(), key=lambda item: (item[0][0], not item[0][1])):
         title, remedy = FILE_RULES[rule]
-        yield Finding(
-            rule, "error" if fatal else "warning", title, remedy, count, tuple(examples[rule, fatal])
-        )
+        examples = tuple(map(one_line, found.examples))
+        yield Finding(rule, "error" if fatal else "warning", title, remedy, found.count, examples)

@@ -80,20 +80,15 @@ class MaskSet:
         reason = self._why_not(index)
         if reason:
             return Masks(drivable, vehicles, None, reason)
-        bev_from_image = np.stack([self._matrix(source, index) for source in sources_of(self.homography)])
+        bev_from_image = np.stack(
+            [
+                valid_homography(self.shard, self.camera, source, index)
+                for source in sources_of(self.homography)
+            ]
+        )
         height, width = self._row("image_size", index).tolist()
         bev_from_mask = bev_from_image @ image_from_resized((height, width), drivable.shape)
         return Masks(drivable, vehicles, bev_from_mask, "")
-
-    def _matrix(self, source: str, index: int) -> FloatArray:
-        """(3, 3) homography of a frame that has a valid one."""
-        bev_from_image: FloatArray = self._row(f"homography/{source}/bev_from_image", index)
-        if not (np.isfinite(bev_from_image).all() and np.linalg.det(bev_from_image)):
-            raise ShardError(
-                f"{self.shard.path}: {self.camera}/homography/{source}: frame {index} is called "
-                f"valid but has no inverse; {REMEDY}"
-            )
-        return bev_from_image
 
     def _why_not(self, index: int) -> str:
         """Why a frame's masks can't go to the grid; empty if they can."""
@@ -108,6 +103,21 @@ class MaskSet:
 
     def _row(self, name: str, index: int) -> Any:  # noqa: ANN401  # arrays and scalars of several dtypes
         return self.shard.dataset(self.camera, name)[index]
+
+
+def valid_homography(shard: Shard, camera: str, source: str, index: int) -> FloatArray:
+    """(3, 3) homography of a frame that has a valid one.
+
+    Raises:
+        ShardError: it has no inverse.
+    """
+    bev_from_image: FloatArray = shard.dataset(camera, f"homography/{source}/bev_from_image")[index]
+    if not (np.isfinite(bev_from_image).all() and np.linalg.det(bev_from_image)):
+        raise ShardError(
+            f"{shard.path}: {camera}/homography/{source}: frame {index} is called "
+            f"valid but has no inverse; {REMEDY}"
+        )
+    return bev_from_image
 
 
 def open_sets(shard: Shard, camera: str, names: Sequence[str]) -> tuple[MaskSet, ...]:

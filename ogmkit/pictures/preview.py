@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ogmkit.base.atomic import output_errors, require_outside
+from ogmkit.base.execution import Execution, run_over
 from ogmkit.base.names import matching, with_number
 from ogmkit.drawing.bev_panel import plan_for
 from ogmkit.drawing.legend import Group
@@ -19,7 +20,6 @@ from ogmkit.pictures.settings import PreviewSettings, View
 from ogmkit.pictures.subjects import PLANE_SIZE, SUBJECTS, Subject
 from ogmkit.pictures.views import evenly, read_view
 from ogmkit.pipeline.amendment import chosen_cameras
-from ogmkit.pipeline.execution import Execution, run_over
 from ogmkit.shards.faults import REMEDY, damaged
 from ogmkit.shards.listed import listed_shard
 from ogmkit.shards.manifest import Manifest, ShardEntry, read_manifest
@@ -52,7 +52,7 @@ def preview(
         scenes: names, or patterns such as `scene-00*`; empty = all.
         cameras: channels; empty = all.
         dataroot: where to find images that the shards only refer to; None draws an empty panel instead.
-        workers: number of worker processes, as of `ogmkit.pipeline.execution.Execution`.
+        workers: number of worker processes, as of `ogmkit.base.execution.Execution`.
         on_progress: called with (done, total) sheets.
 
     Returns:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from ogmkit.base.files import open_file
+from ogmkit.base.files import read_bytes
 from ogmkit.errors import DataFileError
 from ogmkit.geometry.se3 import inverse
 from ogmkit.nuscenes.paths import resolve
@@ -110,21 +110,51 @@ def _image(
     shard: Shard, camera: str, index: int, size: tuple[int, int], dataroot: Path | None
 ) -> UInt8Array | None:
     """The frame's picture from the shard, else from the dataset, else None."""
+    found = _file(shard, camera, index, dataroot)
+    return None if found is None else _decode(size, *found)
+
+
+def image_file(
+    shard: Shard, camera: str, index: int, size: tuple[int, int], dataroot: Path | None
+) -> bytes | None:
+    """The frame's JPEG file from the shard, else from the dataset, else None; it is whole.
+
+    Args:
+        shard: an open shard.
+        camera: channel.
+        index: the frame's place among the camera's.
+        size: (height, width) that it must have.
+        dataroot: where images are found that the shard only refers to.
+
+    Raises:
+        ShardError, DataFileError, TableError: as of `read_view`.
+    """
+    found = _file(shard, camera, index, dataroot)
+    if found is None:
+        return None
+    _decode(size, *found)
+    return found[0]
+
+
+def _file(shard: Shard, camera: str, index: int, dataroot: Path | None) -> tuple[bytes, str, str] | None:
+    """An image file's bytes, where they are from, and what to do where they are bad."""
     stored = shard.image(camera, index)
     if stored is not None:
-        place = f"{shard.path}: {camera}/image[{index}]"
-        return _decode(io.BytesIO(stored.tobytes()), size, place, REMEDY)
+        return stored.tobytes(), f"{shard.path}: {camera}/image[{index}]", REMEDY
     if dataroot is None:
         return None
     path = resolve(dataroot, shard.strings(camera, "image_path", slice(index, index + 1))[0])
-    return _decode(path, size, str(path), "restore it, or leave --dataroot out")
+    remedy = "restore it, or leave --dataroot out"
+    try:
+        return read_bytes(path), str(path), remedy
+    except OSError as error:
+        raise DataFileError(f"{path}: {error.strerror}; {remedy}") from error
 
 
-def _decode(source: Path | io.BytesIO, size: tuple[int, int], place: str, remedy: str) -> UInt8Array:
+def _decode(size: tuple[int, int], data: bytes, place: str, remedy: str) -> UInt8Array:
     """RGB pixels of a JPEG; its header is checked before anything of its size is allocated."""
     try:
-        stream = open_file(source) if isinstance(source, Path) else source
-        with stream, Image.open(stream, formats=("JPEG",)) as picture:
+        with Image.open(io.BytesIO(data), formats=("JPEG",)) as picture:
             found = picture.height, picture.width
             if found == size:
                 return np.asarray(picture.convert("RGB"))

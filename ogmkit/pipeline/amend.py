@@ -7,16 +7,16 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Generic, TypeVar
 
+from ogmkit.base.execution import DEFAULT_EXECUTION, Execution, run_over
 from ogmkit.base.names import with_number
 from ogmkit.base.news import Found, Waiting, tell
 from ogmkit.errors import ShardError
 from ogmkit.pipeline import output
 from ogmkit.pipeline.amendment import Amendment, Groups, chosen_cameras, pending_groups, require_sound
-from ogmkit.pipeline.execution import DEFAULT_EXECUTION, Execution, run_over
 from ogmkit.shards.additions import add_to_shard, new_group, place
 from ogmkit.shards.faults import AGAIN
 from ogmkit.shards.listed import require_unchanged
-from ogmkit.shards.manifest import Manifest, ShardEntry, file_sha256, read_manifest, write_manifest
+from ogmkit.shards.manifest import LOCK, Manifest, ShardEntry, file_sha256, read_manifest, write_manifest
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.sink import ShardFile
 
@@ -91,9 +91,10 @@ def amend(
         SettingsError: there is no such camera, or the amendment can't be made.
         OutputError: groups with other settings exist, another command writes or was cut short here, or
             the disk refuses.
-        OgmkitError: a worker process died.
+        OgmkitError: a worker process died, or the scheduler is gone.
     """
     read_manifest(out)  # in a folder that isn't ours, not even a lock is made
+    execution.require_reachable()
     done: dict[str, tuple[ShardEntry, Amended[Report]]] = {}
     with output.locked(out):
         manifest = read_manifest(out)
@@ -102,7 +103,7 @@ def amend(
         if any(task.pending for task in tasks):
             output.begin_amending(out, amendment.command)
         tell(Found(f"{_found(tasks)}; {where or execution.place}"))
-        with closing(run_over(_run, tasks, execution)) as results:
+        with closing(run_over(_run, tasks, execution, shared=(out / LOCK,))) as results:
             for entry, amended in results:
                 done[entry.file] = entry, amended
                 _LOG.debug("%s: %s", entry.scene, "written" if amended.changed else "kept")

@@ -7,12 +7,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
 from pathlib import Path
 
+from ogmkit.base.execution import DEFAULT_EXECUTION, Execution, run_over
 from ogmkit.base.names import with_number
 from ogmkit.base.news import Found, tell
 from ogmkit.errors import OgmkitError
 from ogmkit.frames import SceneRecord
 from ogmkit.pipeline import output
-from ogmkit.pipeline.execution import DEFAULT_EXECUTION, Execution, run_over
 from ogmkit.pipeline.extract_summary import ExtractSummary, SceneFailure
 from ogmkit.pipeline.frame_files import Refusal, prepare
 from ogmkit.pipeline.maps import MapsAhead
@@ -20,7 +20,7 @@ from ogmkit.pipeline.output import Request
 from ogmkit.pipeline.scene_shard import Outcome, Task, make_shard
 from ogmkit.pipeline.selection import read_scene, require_known_names
 from ogmkit.pipeline.sources import SceneSource
-from ogmkit.shards.manifest import Manifest, ShardEntry, write_manifest
+from ogmkit.shards.manifest import LOCK, Manifest, ShardEntry, write_manifest
 from ogmkit.shards.settings import ExtractSettings
 from ogmkit.shards.summary import ShardSummary, spread, summarise
 
@@ -51,30 +51,31 @@ def extract(
         settings: what to extract.
         scenes: names of the scenes.
         splits: split name → scene names, for the manifest.
-        execution: worker processes, progress, and whether to rebuild what exists.
+        execution: where the work is done, progress, and whether to rebuild what exists.
         strict: raise the first scene's failure instead of continuing.
         cache_dir: folder of decoded map masks; the platform's cache folder by default.
 
     Raises:
         SettingsError: the dataset lacks a scene, camera or category.
         OutputError: the folder is foreign, holds other settings, or can't be written.
-        OgmkitError: a worker process died, or, when strict, what a scene failed with.
+        OgmkitError: a worker process died, the scheduler is gone, or, when strict, what a scene failed with.
     """
     started = time.monotonic()
     request = Request(out, settings, dataset.version, tuple(dict.fromkeys(scenes)), execution.overwrite)
     require_known_names(dataset, settings, request.scenes)
     output.check_place(out, dataset.root)
     output.check_contents(request)  # before anything is made, and again once the folder is ours
+    execution.require_reachable()
     outcomes: list[Outcome] = []
     with output.locked(out):
         contents = output.check_contents(request)
         output.begin(request)
-        parallel = execution.executor is None and execution.workers > 1
-        ahead = MapsAhead(cache_dir) if parallel and not settings.targets.no_map else None
+        ahead = MapsAhead(cache_dir) if execution.beside and not settings.targets.no_map else None
         tasks = _tasks(dataset, request, contents.checksums, cache_dir, ahead)
         what = ", ".join((*settings.cameras, *(f"labels by {one.name}" for one in settings.labels)))
         tell(Found(f"{with_number(len(request.scenes), 'scene')} with {what}; {execution.place}"))
-        with closing(run_over(make_shard, tasks, execution)) as done:
+        shared = (dataset.root, out / LOCK)
+        with closing(run_over(make_shard, tasks, execution, shared=shared)) as done:
             for outcome in done:
                 if strict and outcome.state == "failed" and isinstance(outcome.result, OgmkitError):
                     raise outcome.result

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ogmkit.base.execution import DEFAULT_EXECUTION, Execution
 from ogmkit.errors import SettingsError
 from ogmkit.homography.leave_out import LeftOutErrors, left_out_errors
 from ogmkit.homography.methods import estimator, fit
@@ -14,7 +15,6 @@ from ogmkit.homography.settings import FitSettings
 from ogmkit.homography.sources import CALIBRATION, EGO_PLANE, SURFACE
 from ogmkit.pipeline.amend import amend
 from ogmkit.pipeline.amendment import Groups
-from ogmkit.pipeline.execution import DEFAULT_EXECUTION, Execution
 from ogmkit.pipeline.geometry import frame_geometry
 from ogmkit.pipeline.homography_rows import store_homographies
 from ogmkit.pipeline.homography_summary import MethodResults, MethodSummary, joined, read_results

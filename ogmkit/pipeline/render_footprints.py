@@ -7,16 +7,16 @@ from pathlib import Path
 
 import numpy as np
 
+from ogmkit.base.execution import DEFAULT_EXECUTION, Execution
 from ogmkit.footprints.settings import FootprintSettings
 from ogmkit.pipeline.amend import amend
 from ogmkit.pipeline.amendment import Groups
-from ogmkit.pipeline.execution import DEFAULT_EXECUTION, Execution
 from ogmkit.pipeline.footprint_masks import mask_size, renderer, require_renderable
 from ogmkit.shards import fields, schema
 from ogmkit.shards.additions import require_name
 from ogmkit.shards.crosschecks_added import fits_of
 from ogmkit.shards.fields import AddedKind
-from ogmkit.shards.layout import create_dataset, store_dataset
+from ogmkit.shards.layout import create_dataset, store_dataset, store_row
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.sink import ShardFile
 
@@ -98,7 +98,7 @@ class RenderFootprints:
             valid[frame] = True
             with file.writing():
                 for mask, dataset in masks.items():
-                    dataset[frame] = getattr(made, mask)
+                    store_row(dataset, frame, getattr(made, mask))
         with file.writing():
             store_dataset(group, self.kind.field("valid"), valid, symbols)
 

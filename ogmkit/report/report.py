@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import BinaryIO
 
 from ogmkit.base.atomic import output_errors, replacing, require_outside
+from ogmkit.base.execution import Execution
 from ogmkit.base.names import with_number
 from ogmkit.base.news import Found, tell
 from ogmkit.errors import SettingsError, TrainingError
 from ogmkit.evaluation.runs import OpenRun
-from ogmkit.pipeline.execution import Execution
 from ogmkit.report.html import Html
 from ogmkit.report.page import write_page
 from ogmkit.report.predictions import NONE, Predictions, predict_examples

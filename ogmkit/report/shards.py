@@ -4,8 +4,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from ogmkit.base.execution import Execution, run_over
 from ogmkit.evaluation.frames import Place
-from ogmkit.pipeline.execution import Execution, run_over
 from ogmkit.report.choice import frames_a_scene
 from ogmkit.report.distributions import total
 from ogmkit.report.homographies import collected

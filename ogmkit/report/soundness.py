@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from ogmkit.base.execution import Execution
 from ogmkit.errors import OgmkitError, UnreadableShardError
 from ogmkit.nuscenes.check import Finding, check_dataset
 from ogmkit.nuscenes.uses import Use
@@ -61,7 +62,7 @@ def examined(
 
 
 def _verified(shards: Path, on_progress: Progress | None) -> tuple[Problem, ...]:
-    problems = verify_folder(shards, on_progress=on_progress)
+    problems = verify_folder(shards, execution=Execution(on_progress=on_progress))
     for one in problems:
         if MAY_BE_SOUND in one.message:
             raise UnreadableShardError(f"{shards / one.file}: {one.message}")

@@ -17,7 +17,7 @@ from ogmkit.nuscenes.maps import MapMask, MaskStore
 from ogmkit.nuscenes.paths import resolve
 from ogmkit.shards.fields import FRAMES
 from ogmkit.shards.labels_rows import rows_of
-from ogmkit.shards.layout import attribute_values, create_dataset, store_dataset
+from ogmkit.shards.layout import attribute_values, create_dataset, store_dataset, store_row
 from ogmkit.shards.schema_labels import (
     HAS_SWEEP,
     LABEL_ATTRIBUTES,
@@ -80,7 +80,7 @@ def _write_definition(
         arrays = labels_of(key_frame, definition, location_map)
         with file.writing():
             for name, array in arrays.items():
-                group[name][row] = array
+                store_row(group[name], row, array)
     if "ignore" in definition.beside:
         swept = np.array([has_sweep(one) for one in rows], dtype=np.bool_)
         with file.writing():

@@ -42,6 +42,16 @@ def create_dataset(
     return _described(group.create_dataset(**layout), field)
 
 
+def store_row(dataset: h5py.Dataset, row: int | slice, values: ArrayLike) -> None:
+    """Fill a row, in the file at once.
+
+    HDF5 writes it when the dataset is closed, else; and whoever holds on to this thread's frames, such as a
+    profiler, puts that off, so that the same rows would give a file of another order.
+    """
+    dataset[row] = values
+    dataset.flush()
+
+
 def store_dataset(group: h5py.Group, field: Field, rows: ArrayLike, sizes: Mapping[str, int]) -> None:
     """Make a dataset of all its rows at once."""
     data = np.asarray(rows, field.memory_dtype).reshape(field.resolved(sizes))

@@ -1,11 +1,14 @@
 """Checking a folder of shards: files, checksums, schema, and whether values agree with each other."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Mapping
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from ogmkit.base.atomic import is_part
 from ogmkit.base.differences import differences
+from ogmkit.base.execution import DEFAULT_EXECUTION, Execution, run_in_order
 from ogmkit.errors import ShardError
 from ogmkit.shards.crosschecks import cross_problems
 from ogmkit.shards.crosschecks_added import added_problems
@@ -25,6 +28,7 @@ from ogmkit.shards.manifest import (
     unfinished_command,
 )
 from ogmkit.shards.reader import Shard
+from ogmkit.shards.settings import ExtractSettings
 from ogmkit.shards.structure import structure_problems
 
 
@@ -41,18 +45,36 @@ class Problem:
     message: str
 
 
-def verify_folder(out: Path, *, on_progress: Callable[[int, int], None] | None = None) -> tuple[Problem, ...]:
+@dataclass(frozen=True)
+class _Task:
+    """A shard to be checked.
+
+    Attributes:
+        path: its file.
+        entry: the manifest's; None where that doesn't name it.
+        stored: the configuration of all shards by the manifest; None where that can't be read.
+        settled: whether the manifest knows the file; not after a run that was cut short.
+    """
+
+    path: Path
+    entry: ShardEntry | None
+    stored: Mapping[str, Any] | None
+    settled: bool
+
+
+def verify_folder(out: Path, *, execution: Execution = DEFAULT_EXECUTION) -> tuple[Problem, ...]:
     """Check a folder that an extraction finished; reads all of it, a frame at a time.
 
     Args:
         out: the folder.
-        on_progress: called with (shards done, shards in all).
+        execution: where the shards are checked; progress counts them.
 
     Returns:
         All problems found; none means that the folder is sound.
 
     Raises:
         ShardError: `out` is not a folder, or holds no shards at all.
+        OgmkitError: a worker process died, or the scheduler is gone.
     """
     try:
         present = {path.name for path in out.iterdir()}
@@ -72,12 +94,18 @@ def verify_folder(out: Path, *, on_progress: Callable[[int, int], None] | None =
     listed = entries.keys() if manifest is not None else set(names)
     problems += [Problem(name, f"is missing; {AGAIN}") for name in sorted(listed - present)]
     problems += _extra(present - listed - {NAME}, present & {MARKER, AMENDING})
-    for done, name in enumerate(names, start=1):
-        messages = _shard_problems(out / name, entries.get(name), manifest, settled=not unfinished)
-        problems += [Problem(name, message) for message in messages]
-        if on_progress is not None:
-            on_progress(done, len(names))
+    stored = None if manifest is None else _configuration(manifest.dataset_version, manifest.settings)
+    tasks = (_Task(out / name, entries.get(name), stored, not unfinished) for name in names)
+    shared = (out / NAME,) if NAME in present else (out,)
+    with closing(run_in_order(_check, tasks, execution, shared=shared)) as checked:
+        for done, found in enumerate(checked, start=1):
+            problems += found
+            execution.report(done, len(names))
     return tuple(problems)
+
+
+def _configuration(dataset_version: str, settings: ExtractSettings) -> dict[str, Any]:
+    return {"dataset_version": dataset_version, **settings.to_dict()}
 
 
 def _extra(names: set[str], marks: set[str]) -> Iterator[Problem]:
@@ -109,21 +137,26 @@ def _unfinished(out: Path) -> list[Problem]:
     )
 
 
-def _shard_problems(
-    path: Path, entry: ShardEntry | None, manifest: Manifest | None, *, settled: bool
-) -> Iterator[str]:
+def _check(task: _Task) -> tuple[Problem, ...]:
+    """Check one shard; runs in a worker."""
+    return tuple(Problem(task.path.name, message) for message in _shard_problems(task))
+
+
+def _shard_problems(task: _Task) -> Iterator[str]:
+    path = task.path
     try:
-        if entry is not None and settled:
-            require_unchanged(path, entry)  # what doesn't match is never opened
+        if task.entry is not None and task.settled:
+            require_unchanged(path, task.entry)  # what doesn't match is never opened
         with Shard(path) as shard:
-            yield from _content_problems(shard, entry, manifest)
+            yield from _content_problems(shard, task)
     except ShardError as error:
         yield _without_path(error, path)
     except H5_ERRORS as error:
         yield _without_path(damaged(path, error), path)
 
 
-def _content_problems(shard: Shard, entry: ShardEntry | None, manifest: Manifest | None) -> Iterator[str]:
+def _content_problems(shard: Shard, task: _Task) -> Iterator[str]:
+    entry = task.entry
     structure = tuple(structure_problems(shard))
     yield from structure
     if structure:
@@ -132,11 +165,10 @@ def _content_problems(shard: Shard, entry: ShardEntry | None, manifest: Manifest
         yield f"holds {shard.scene}; rename it back"
     if entry is not None and entry.frames != shard.rows:
         yield f"has not the manifest's {entry.frames} frames; {REMEDY}"
-    if manifest is not None:
-        there = {"dataset_version": manifest.dataset_version, **manifest.settings.to_dict()}
-        here = {"dataset_version": shard.dataset_version, **shard.settings.to_dict()}
+    if task.stored is not None:
+        here = _configuration(shard.dataset_version, shard.settings)
         yield from (
-            f"contradicts the manifest: {different}; {REMEDY}" for different in differences(here, there)
+            f"contradicts the manifest: {different}; {REMEDY}" for different in differences(here, task.stored)
         )
     yield from label_contradictions(shard)
     for camera in shard.cameras:

@@ -22,7 +22,7 @@ from ogmkit.nuscenes.paths import resolve
 from ogmkit.shards import fields, schema
 from ogmkit.shards.columns import column
 from ogmkit.shards.labels_writer import record_text, write_labels
-from ogmkit.shards.layout import attribute_values, create_dataset, store_dataset
+from ogmkit.shards.layout import attribute_values, create_dataset, store_dataset, store_row
 from ogmkit.shards.schema_further import FUTURE_VALID, INSTANCE_TOKENS, further_fields
 from ogmkit.shards.schema_seen import SEEN
 from ogmkit.shards.settings import Compression, ExtractSettings
@@ -175,20 +175,20 @@ def _write_frames(
 def _write_frame(group: h5py.Group, index: int, targets: FrameTargets) -> int:
     """Store what is stored frame by frame; returns the number of LiDAR points."""
     if targets.drivable is not None:
-        group["drivable"][index] = targets.drivable
-    group["vehicles"][index] = targets.vehicles
-    group["field_of_view"][index] = targets.field_of_view
+        store_row(group["drivable"], index, targets.drivable)
+    store_row(group["vehicles"], index, targets.vehicles)
+    store_row(group["field_of_view"], index, targets.field_of_view)
     for name, row in targets.further.items():
-        group[name][index] = row
+        store_row(group[name], index, row)
     for kind, mask in targets.seen.items():
-        group[f"{SEEN}/{kind}"][index] = mask
+        store_row(group[f"{SEEN}/{kind}"], index, mask)
     if targets.image is not None:
-        group["image"][index] = np.frombuffer(targets.image, np.uint8)
+        store_row(group["image"], index, np.frombuffer(targets.image, np.uint8))
     if targets.lidar_points is None:
         return 0
     points, count = group["lidar/points"], len(targets.lidar_points)
     points.resize(len(points) + count, axis=0)
-    points[len(points) - count :] = targets.lidar_points
+    store_row(points, slice(len(points) - count, None), targets.lidar_points)
     return count
 
 

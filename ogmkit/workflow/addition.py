@@ -68,7 +68,7 @@ class FitHomographies:
             config.shards,
             config.methods,
             config.fit,
-            execution=call.execution(config.workers),
+            execution=call.execution(config),
         )
         path = config.out / _PLOT
         with output_errors(path):
@@ -122,7 +122,7 @@ class RenderMasks:
         summary = render_footprints(
             self.config.shards,
             self.set,
-            execution=call.execution(self.config.workers),
+            execution=call.execution(self.config),
         )
         left = f", {summary.invalid} of them empty" if summary.invalid else ""
         groups = groups_of(schema.FOOTPRINTS, (self.set.set_name,))
@@ -175,8 +175,7 @@ class PredictHomographies:
         summary = predict_homographies(
             self.config.shards,
             self.config.run_folder(self.network.name),
-            overwrite=call.overwrite,
             batch_size=self.network.settings.batch_size,
-            on_progress=call.advance,
+            execution=call.execution(self.config),
         )
         return Made((), groups_of(schema.HOMOGRAPHY, (NETWORK,)), f"{summary.shards} shards")

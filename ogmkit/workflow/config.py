@@ -77,6 +77,7 @@ class Config:
         source: the dataset.
         out: folder that gets everything.
         workers: processes that work on shards, and that read for networks.
+        scheduler: of the Dask cluster that works on shards instead; empty for none.
         extract: what the shards hold.
         methods: homographies that are fitted.
         fit: which boxes they rest on.
@@ -92,6 +93,7 @@ class Config:
     source: Source
     out: Path
     workers: int
+    scheduler: str
     extract: ExtractSettings
     methods: tuple[str, ...]
     fit: FitSettings
@@ -159,6 +161,7 @@ class Config:
             "out": str(self.out.resolve()),
             "cameras": cameras,
             "workers": self.workers,
+            "scheduler": self.scheduler,
             "extract": extract,
             "homography_fit": {"methods": self.methods, **dataclasses.asdict(self.fit)},
             "render_footprints": dataclasses.asdict(self.masks),

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any, Self
 
 from ogmkit.base.atomic import output_errors
+from ogmkit.base.execution import Execution
 from ogmkit.base.names import with_number
 from ogmkit.nuscenes.dataset import Dataset
 from ogmkit.nuscenes.splits import SPLITS_FILE, read_split_file
 from ogmkit.nuscenes.versions import find_version
-from ogmkit.pipeline.execution import Execution
 from ogmkit.pipeline.extract import extract
 from ogmkit.pipeline.extract_summary import ExtractSummary, grouped
 from ogmkit.pipeline.needed_files import fingerprint, needed_files
@@ -104,7 +104,7 @@ class Extract:
                 config.extract,
                 scenes=select_scenes(dataset, source.scenes, source.splits, source.split_file),
                 splits=dataset.splits(source.split_file),
-                execution=Execution(config.workers, on_progress=call.advance),
+                execution=Execution(config.workers, config.scheduler, on_progress=call.advance),
             )
         _require_scenes(summary)
         files = [NAME, *(entry.file for entry in read_manifest(config.shards).shards)]

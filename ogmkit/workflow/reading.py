@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from ogmkit.base.cluster import require_usable
 from ogmkit.base.names import unknown
 from ogmkit.base.places import place
 from ogmkit.base.values import built, converted, field_names, mapping, require_known
@@ -22,7 +23,7 @@ from ogmkit.workflow.config import Config, MaskSettings, Source
 from ogmkit.workflow.trainings import read_trainings
 
 _KEYS = (
-    *("data", "out", *field_names(Source)[1:], "cameras", "workers"),
+    *("data", "out", *field_names(Source)[1:], "cameras", "workers", "scheduler"),
     *("extract", "homography_fit", "render_footprints", "train", "homography", "footprints"),
     *("baselines", "planners", "evaluate"),
 )
@@ -60,6 +61,7 @@ def config_of(values: Mapping[str, Any], path: Path) -> Config:
         source=file.source(),
         out=place(values["out"], path.parent),
         workers=file.workers(),
+        scheduler=file.scheduler(),
         extract=file.extract(),
         methods=methods,
         fit=fit,
@@ -103,6 +105,17 @@ class _File:
         if workers < 0:
             raise SettingsError(f"{self.path}: workers: {workers} is below 0")
         return max(workers, 1)
+
+    def scheduler(self) -> str:
+        """The Dask scheduler's address, or `local`; empty for none."""
+        where = f"{self.path}: scheduler"
+        scheduler: str = converted(self.values.get("scheduler", ""), str, where)
+        try:
+            if scheduler:
+                require_usable(scheduler)
+        except SettingsError as error:
+            raise SettingsError(f"{where}: {error}") from error
+        return scheduler
 
     def extract(self) -> ExtractSettings:
         values, where = self.section("extract")

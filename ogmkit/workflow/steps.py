@@ -8,8 +8,9 @@ from typing import Any, Literal, Protocol
 
 from ogmkit import __version__
 from ogmkit.base.differences import differences
+from ogmkit.base.execution import Execution
 from ogmkit.homography.sources import NETWORK
-from ogmkit.pipeline.execution import Execution
+from ogmkit.workflow.config import Config
 from ogmkit.workflow.records import Record, fingerprint
 
 Progress = Callable[[int, int], None]
@@ -51,9 +52,9 @@ class Call:
     let_go: Callable[[], None]
     advance: Progress
 
-    def execution(self, workers: int) -> Execution:
+    def execution(self, config: Config) -> Execution:
         """The call as the commands on whole folders take it."""
-        return Execution(workers, overwrite=self.overwrite, on_progress=self.advance)
+        return Execution(config.workers, config.scheduler, overwrite=self.overwrite, on_progress=self.advance)
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from ogmkit.base.atomic import is_part, remove_parts, replacing, require_outside, write_json
+from ogmkit.base.atomic import is_part, part_of, remove_parts, replacing, require_outside, write_json
 from ogmkit.errors import OutputError
 
 
@@ -15,7 +15,8 @@ def test_the_file_appears_at_the_end_only(tmp_path):
     with replacing(path) as part:
         part.write_text("new")
         assert path.read_text() == "old"
-        assert part.name == f".a.h5.{os.getpid()}.part"
+        assert part == part_of(path) != path
+        assert str(os.getpid()) in part.name
     assert path.read_text() == "new"
     assert list(tmp_path.iterdir()) == [path]
 
@@ -38,10 +39,13 @@ def test_whatever_is_raised_leaves_the_old_file_alone(tmp_path, error):
 def test_what_a_killed_process_left_goes_and_what_another_is_writing_stays(tmp_path):
     ended = subprocess.Popen(["true"])
     ended.wait()
-    for process in (ended.pid, os.getppid()):
-        (tmp_path / f".b.png.{process}.part").write_text("half")
+    own = part_of(tmp_path / "b.png").name.removesuffix(f"{os.getpid()}.part")
+    of_ended, of_running = f"{own}{ended.pid}.part", f"{own}{os.getppid()}.part"
+    elsewhere = f".b.png.other-machine-{ended.pid}.part"  # runs, for all that is known here
+    for name in (of_ended, of_running, elsewhere, f".b.png.{ended.pid}.part"):
+        (tmp_path / name).write_text("half")
     write_json(tmp_path / "a.json", {})
-    assert {path.name for path in tmp_path.iterdir()} == {"a.json", f".b.png.{os.getppid()}.part"}
+    assert {path.name for path in tmp_path.iterdir()} == {"a.json", of_running, elsewhere}
 
 
 def test_a_refused_write_names_the_file_and_the_remedy(tmp_path):
@@ -67,12 +71,12 @@ def test_json_is_sorted(tmp_path):
 
 
 def test_only_parts_are_removed(tmp_path):
-    names = [".a.h5.123.part", "a.h5", ".hidden", "a.part", ".a.h5.x.part"]
+    names = [".a.h5.123.part", ".a.h5.node-7-123.part", "a.h5", ".hidden", "a.part", ".a.h5.x.part"]
     for name in names:
         (tmp_path / name).write_text("")
-    assert [is_part(tmp_path / name) for name in names] == [True, False, False, False, False]
+    assert [is_part(tmp_path / name) for name in names] == [True, True, False, False, False, False]
     remove_parts(tmp_path)
-    assert {path.name for path in tmp_path.iterdir()} == set(names[1:])
+    assert {path.name for path in tmp_path.iterdir()} == set(names[2:])
 
 
 @pytest.mark.parametrize("name", ["shards", "shards/picture.png", "other/../shards/a/picture.png"])

@@ -9,6 +9,7 @@ import json
 import re
 import subprocess
 import sys
+import textwrap
 from glob import glob
 from pathlib import Path
 
@@ -21,9 +22,16 @@ from ogmkit_cli.main import main
 
 from ogmkit.synthetic.build import synthesize
 from ogmkit.synthetic.settings import SynthesisSettings
+from ogmkit.workflow.reading import read_config
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").glob("*.md"))
+PAGES = (
+    ROOT / "README.md",
+    ROOT / "DESCRIPTION.md",
+    ROOT / "CONTRIBUTING.md",
+    *sorted((ROOT / "docs").rglob("*.md")),
+)
+NAMES = [page.relative_to(ROOT).as_posix() for page in PAGES]
 SMALL = {
     "extract": {"--cell-size": "1", "--rows": "100", "--columns": "55", "--cache-dir": "cache"},
     "train": {
@@ -39,6 +47,13 @@ SMALL = {
     "": {"--workers": "0"},
 }
 """Options that the test sets where a command has them, by command; "" is all. An empty value removes one."""
+OTHERS = re.compile(r"(make |python|pip |\. |echo |_OGMKIT_COMPLETE=)")
+"""Lines of blocks that call no command of ogmkit's."""
+RUN_ELSEWHERE = ("README.md", "DESCRIPTION.md", "docs/first-hour.md", "docs/api.md", "docs/scaling.md")
+"""Pages whose blocks of Python need a dataset: a test below, `make release-check`, tests/test_public.py.
+
+Or a queue of SLURM's: nothing runs that block.
+"""
 SHELL = """
 set -f
 ogmkit() { printf '%s\\t' "$@"; printf '\\n'; }
@@ -52,7 +67,7 @@ def blocks(page, language):
 
 def command_lines(block):
     """The arguments of each ogmkit command of a block, as bash passes them; file patterns stay."""
-    lines = [line for line in block.splitlines() if not line.startswith("make ")]
+    lines = [line for line in block.splitlines() if not OTHERS.match(line)]
     script = SHELL + "\n".join(lines).replace(".venv/bin/ogmkit", "ogmkit")
     out = subprocess.run(["bash", "-euc", script], capture_output=True, text=True, check=True).stdout
     return [line.rstrip("\t").split("\t") for line in out.splitlines()]
@@ -101,14 +116,39 @@ def make_world(folder, version="v1.0-mini"):
     synthesize(folder, settings)
 
 
-@pytest.mark.parametrize(
-    "page", ["README.md", "docs/reproduce.md", "docs/predict.md", "docs/mini.md", "docs/report.md"]
-)
+@pytest.mark.parametrize("page", NAMES)
 def test_the_options_of_every_command_exist(page):
     for block in blocks(page, "sh"):
         for arguments in command_lines(block):
             found, start = parsed_command(arguments)
             found.make_parser(click.Context(found)).parse_args(arguments[start:])
+
+
+@pytest.mark.parametrize("page", NAMES)
+def test_every_block_says_its_language_and_can_be_read(page, tmp_path):
+    text = (ROOT / page).read_text(encoding="utf-8")
+    for language, block in re.findall(r"^ *```([^\n`]*)\n(.*?)^ *```", text, re.MULTILINE | re.DOTALL):
+        assert language in ("sh", "python", "json", "yaml", "text"), f"{page}: {language!r}: {block}"
+        match language:
+            case "json":
+                json.loads(block)
+            case "python":
+                compile(textwrap.dedent(block), page, "exec")
+            case "yaml":
+                pytest.importorskip("yaml", reason="PyYAML is not installed: pip install 'ogmkit[train]'")
+                path = tmp_path / "run.yaml"
+                path.write_text(block, encoding="utf-8")
+                read_config(path)
+
+
+@pytest.mark.parametrize(
+    "page", [name for name in NAMES if blocks(name, " *python") and name not in RUN_ELSEWHERE]
+)
+def test_blocks_of_python_run(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    for block in blocks(page, " *python"):
+        exec(compile(textwrap.dedent(block), page, "exec"), names)
 
 
 @pytest.fixture(scope="module")
@@ -224,13 +264,6 @@ def test_the_readmes_example_opens_a_shard_in_six_lines_of_h5py(readme_folder):
 
 
 def test_no_block_is_left_out():
-    """The tests above run the blocks of these pages; a page with new ones needs a test."""
-    with_blocks = {
-        path.name for path in PAGES if re.search(r"^```(sh|python|json)", path.read_text(), re.MULTILINE)
-    }
-
-    # The blocks of api.md run in tests/test_public.py. That of mini.md needs the dataset itself; its file is
-    # read in tests/workflow/test_reading.py.
-    assert with_blocks == {"README.md", "reproduce.md", "predict.md", "api.md", "mini.md", "report.md"}
+    """What runs is picked by its number: a page with a new block needs a look at the tests above."""
     counts = [len(blocks(page, "sh")) for page in ("README.md", "docs/predict.md", "docs/report.md")]
     assert [*counts, len(blocks("docs/predict.md", "json"))] == [3, 2, 1, 3]

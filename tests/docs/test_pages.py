@@ -14,11 +14,14 @@ from ogmkit.shards.reference import schema_markdown
 from ogmkit.workflow.reference import settings_markdown
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md")))
+PAGES = (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md")))
 
 
 def text(page):
     return page.read_text(encoding="utf-8")
+
+
+PICTURES = (".jpg", ".png", ".webp", ".svg")
 
 
 def command(name):
@@ -61,6 +64,8 @@ def test_every_design_section_that_code_refers_to_exists():
             assert found in headings, f"{path}: §{found}"
 
 
+DASK = ("--port", "--no-dashboard", "--nthreads", "--nworkers")
+"""Options of `dask scheduler` and `dask worker`, which pages show too."""
 METAVARS = {
     "--camera": "CHANNEL,…",
     "--scenes": "NAME,…",
@@ -92,7 +97,7 @@ def test_each_command_is_in_the_readme(name):
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_options_that_a_page_mentions_exist(page):
-    known = {"--help"}.union(*map(option_names, EACH.values()))
+    known = {"--help", *DASK}.union(*map(option_names, EACH.values()))
 
     assert set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", text(page))) <= known
 
@@ -112,8 +117,36 @@ def anchors(page):
     return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
-def test_every_page_can_be_reached_from_the_readme():
-    assert all(f"(docs/{page.name})" in text(ROOT / "README.md") for page in PAGES if page.parent != ROOT)
+def linked(page):
+    """Files that a page leads to."""
+    links = re.findall(r"\]\(([^)\s#]+)", text(page))
+    return {(page.parent / link).resolve() for link in links if "://" not in link}
+
+
+def test_every_page_can_be_reached_from_the_readme_in_two_steps():
+    first = linked(ROOT / "README.md")
+    second = {target for page in first & set(PAGES) for target in linked(page)}
+
+    assert set(PAGES) - {ROOT / "README.md"} <= first | second
+
+
+def test_each_concept_has_a_picture_that_a_script_makes():
+    concepts = ROOT / "docs" / "concepts"
+    scripts = "".join(text(ROOT / "docs" / name) for name in ("make_pictures.py", "concept_pictures.py"))
+    for page in set(concepts.glob("*.md")) - {concepts / "README.md"}:
+        (picture,) = re.findall(r"!\[[^\]]+\]\((\S+)\)", text(page))
+        name = Path(picture).name if picture.startswith("../") else Path(picture).stem
+        assert f'"{name}"' in scripts, page.name
+        assert f"({page.name})" in text(concepts / "README.md")
+
+
+def test_pictures_stay_small():
+    sizes = {
+        path.name: path.stat().st_size for path in (ROOT / "docs").rglob("*.*") if path.suffix in PICTURES
+    }
+
+    assert max(sizes.values()) < 400_000
+    assert sum(sizes.values()) < 2_500_000
 
 
 @pytest.mark.parametrize(

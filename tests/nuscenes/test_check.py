@@ -4,6 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
+from ogmkit.base.execution import Execution
 from ogmkit.errors import TableError
 from ogmkit.nuscenes.check import check_dataset
 from ogmkit.nuscenes.uses import Use
@@ -248,6 +249,6 @@ def test_a_mask_too_small_for_the_drive(small_root, damage):
 def test_progress_counts_every_file(small_root):
     calls = []
 
-    check_dataset(small_root, on_progress=lambda done, total: calls.append((done, total)))
+    check_dataset(small_root, execution=Execution(on_progress=lambda *counts: calls.append(counts)))
 
-    assert calls == [(i + 1, 57) for i in range(57)]  # 11 frames × 5 files and 2 masks
+    assert calls == [(2, 57), (35, 57), (57, 57)]  # 2 masks, 33 files of key frames, and the others

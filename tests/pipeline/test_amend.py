@@ -1,6 +1,5 @@
 import json
 import shutil
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
 import h5py
@@ -8,9 +7,9 @@ import numpy as np
 import pytest
 from filelock import FileLock
 
+from ogmkit.base.execution import Execution
 from ogmkit.errors import OutputError, SettingsError, ShardError
 from ogmkit.pipeline.amend import amend
-from ogmkit.pipeline.execution import Execution
 from ogmkit.shards import schema
 from ogmkit.shards.layout import store_dataset
 from ogmkit.shards.manifest import AMENDING, LOCK
@@ -111,12 +110,6 @@ def test_a_camera_that_is_not_there_is_named(out, undisturbed, digests):
     with pytest.raises(SettingsError, match="unknown camera 'CAM_FRONTS'; did you mean CAM_FRONT"):
         amend(out, Constant(), cameras=["CAM_FRONTS"])
     assert digests(out) == digests(undisturbed)
-
-
-def test_the_callers_executor_gives_the_same_bytes(out, amended, digests):
-    with ThreadPoolExecutor(2) as executor:
-        amend(out, Constant(), execution=Execution(executor=executor))
-    assert digests(out) == digests(amended)
 
 
 def test_other_settings_are_refused_before_anything_is_changed(out, amended, digests):

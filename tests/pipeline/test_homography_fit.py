@@ -1,18 +1,17 @@
 import dataclasses
 import hashlib
 import shutil
-from concurrent.futures import ThreadPoolExecutor
 
 import h5py
 import numpy as np
 import pytest
 
+from ogmkit.base.execution import Execution
 from ogmkit.errors import OutputError, SettingsError, ShardError
 from ogmkit.homography.leave_out import left_out_errors, summarise
 from ogmkit.homography.methods import METHODS, fit
 from ogmkit.homography.settings import FitSettings
 from ogmkit.nuscenes.dataset import Dataset
-from ogmkit.pipeline.execution import Execution
 from ogmkit.pipeline.extract import extract
 from ogmkit.pipeline.geometry import frame_geometry
 from ogmkit.pipeline.homography_fit import fit_shards
@@ -111,12 +110,6 @@ def test_two_workers_give_the_same_bytes(out, fitted, digests):
     summary = fit_shards(out, ALL, execution=Execution(workers=2))
     assert digests(out) == digests(fitted[0])
     assert summary.methods[0].ranges == fitted[1].methods[0].ranges
-
-
-def test_the_callers_executor_gives_the_same_bytes(out, fitted, digests):
-    with ThreadPoolExecutor(2) as executor:
-        fit_shards(out, ALL, execution=Execution(executor=executor))
-    assert digests(out) == digests(fitted[0])
 
 
 def test_a_second_run_keeps_all_and_says_the_same(fitted, digests):

@@ -4,9 +4,9 @@ import shutil
 
 import pytest
 
+from ogmkit.base.execution import Execution
 from ogmkit.base.news import Found, Waiting, listening
 from ogmkit.homography.settings import FitSettings
-from ogmkit.pipeline.execution import Execution
 from ogmkit.pipeline.extract import extract
 from ogmkit.pipeline.homography_fit import fit_shards
 from ogmkit.pipeline.maps import MapsAhead

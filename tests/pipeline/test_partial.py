@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from ogmkit.base.execution import Execution
 from ogmkit.errors import DataFileError, SettingsError
 from ogmkit.nuscenes.dataset import Dataset
-from ogmkit.pipeline.execution import Execution
 from ogmkit.pipeline.extract_summary import grouped
 from ogmkit.pipeline.plan import plan
 from ogmkit.pipeline.sources import RecordDataset

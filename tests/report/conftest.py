@@ -1,10 +1,7 @@
-"""A browser for pages, and shards with names that would break a careless one."""
+"""Shards with names that would break a careless page."""
 
-import importlib.util
 import shutil
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import h5py
 import pytest
@@ -13,24 +10,6 @@ from ogmkit.shards.manifest import read_manifest, write_manifest
 
 HOSTILE = """</script><img src=x onerror="document.title='broken'"> & 'more'"""
 """A scene's name, in a manifest and a shard."""
-
-
-@pytest.fixture(scope="session")
-def chromium():
-    found = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-    if found is None:
-        pytest.skip("no Chromium is installed: apt-get install chromium")
-    return found
-
-
-@pytest.fixture(scope="session")
-def browse(chromium, tmp_path_factory):
-    """A browser: `with browse(dark=True) as page`."""
-    place = Path(__file__).with_name("browser.py")
-    spec = importlib.util.spec_from_file_location("browser", place)
-    module = sys.modules["browser"] = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return lambda **options: module.Browser(chromium, tmp_path_factory.mktemp("browser"), **options)
 
 
 @pytest.fixture(scope="session")

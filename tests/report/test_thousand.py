@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ogmkit.pipeline.execution import Execution
+from ogmkit.base.execution import Execution
 from ogmkit.report import shards
 from ogmkit.report.choice import MOST_BYTES
 from ogmkit.report.distributions import Distributions

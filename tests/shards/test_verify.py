@@ -9,6 +9,7 @@ import h5py
 import numpy as np
 import pytest
 
+from ogmkit.base.execution import Execution
 from ogmkit.errors import ShardError
 from ogmkit.shards.manifest import Manifest, ShardEntry, write_manifest
 from ogmkit.shards.settings import ExtractSettings
@@ -62,7 +63,8 @@ def messages(out):
 
 def test_a_sound_folder(sound):
     progress = []
-    assert verify_folder(sound, on_progress=lambda *counts: progress.append(counts)) == ()
+    execution = Execution(on_progress=lambda *counts: progress.append(counts))
+    assert verify_folder(sound, execution=execution) == ()
     assert progress == [(1, 1)]
 
 

@@ -1,6 +1,7 @@
 """The whole chain on a small dataset."""
 
 import csv
+import importlib.util
 import json
 import shutil
 
@@ -165,8 +166,13 @@ def after(*names):
     return [name for name in STEPS[first:] if name in names]
 
 
+NEEDS_CLUSTER = pytest.mark.skipif(
+    importlib.util.find_spec("distributed") is None,
+    reason="distributed is not installed: pip install 'ogmkit[cluster]'",
+)
 CHANGES = [
     ({"workers": 2}, []),
+    pytest.param({"scheduler": "local"}, [], marks=NEEDS_CLUSTER),
     ({"train": {"checkpoint_every": 7}}, []),
     ({"evaluate": {"threshold": 0.25}}, ["evaluate perception"]),
     ({"evaluate": {"limit": 3}}, ["evaluate perception", "evaluate planning"]),

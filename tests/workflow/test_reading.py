@@ -4,10 +4,12 @@ from pathlib import Path
 
 import pytest
 
+from ogmkit.base.execution import Execution
 from ogmkit.errors import SettingsError
 from ogmkit.footprints.settings import FootprintSettings
 from ogmkit.grid import GridSpec
 from ogmkit.workflow.reading import config_of
+from ogmkit.workflow.steps import Call
 
 FILE = Path("folder/chain.yaml")
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
@@ -62,6 +64,15 @@ def test_alone_it_makes_shards_and_homographies():
         0,
         2.0,
     )
+
+
+def test_the_steps_on_shards_go_to_the_scheduler(monkeypatch):
+    pytest.importorskip("distributed", reason="distributed is not installed: pip install 'ogmkit[cluster]'")
+    chosen = config(scheduler="tcp://10.0.0.7:8786", workers=3)
+    execution = Call(overwrite=True, let_go=int, advance=max).execution(chosen)
+    assert execution == Execution(3, "tcp://10.0.0.7:8786", overwrite=True, on_progress=max)
+    assert config().scheduler == ""
+    assert config_of(chosen.to_dict(), FILE).scheduler == chosen.scheduler
 
 
 def test_a_grid_keeps_the_ego_at_the_bottom_and_six_elevenths_of_the_width():
@@ -191,6 +202,7 @@ def test_the_examples_say_the_same_again_when_written_out(name):
         ({"extract": {"grid": {"rows": 0}}}, "extract: grid: rows: 0 is below 1"),
         ({"cameras": []}, "extract: cameras: none"),
         ({"workers": -1}, "workers: -1 is below 0"),
+        ({"scheduler": "10.0.0.7"}, "chain.yaml: scheduler: scheduler '10.0.0.7': give local, or an address"),
         ({"train": {"image_size": "64x96"}, "homography": {}}, "image_size: '64x96' is not a list"),
         ({"homography_fit": {"methods": []}}, "homography_fit: methods: name at least one"),
         ({"homography_fit": {"methods": ["dtl"]}}, "methods: unknown method 'dtl'; did you mean dlt?"),

@@ -11,8 +11,8 @@ import torch
 from torch import Tensor
 from torch.utils.data import DataLoader, Dataset, Sampler
 
+from ogmkit.base.interrupts import interrupts_blocked
 from ogmkit.errors import OgmkitError, SettingsError
-from ogmkit.pipeline.execution import interrupts_blocked
 
 Key = tuple[int, int]
 """Place of a sample in its dataset, and seed of its augmentation."""

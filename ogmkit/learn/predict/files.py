@@ -13,15 +13,13 @@ from numpy.typing import NDArray
 from ogmkit import __version__
 from ogmkit.base.atomic import output_errors, replacing
 from ogmkit.errors import OutputError
+from ogmkit.learn.predict.form import FORMAT, FORMAT_VERSION
 from ogmkit.learn.predict.run import Run
 from ogmkit.samples.spec import TARGETS
 from ogmkit.shards.sink import ShardFile, create
 from ogmkit.typing import Float32Array, UInt8Array
 
 Format = Literal["hdf5", "png"]
-
-FORMAT = "ogmkit-predictions"
-FORMAT_VERSION = 1
 
 _MAPS = ("bev", "image")
 _DESCRIPTIONS: Mapping[str, str] = {

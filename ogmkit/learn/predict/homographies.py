@@ -1,12 +1,13 @@
 """Homographies that a trained network reads off the images, for every frame of a folder of shards."""
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from ogmkit.base.execution import DEFAULT_EXECUTION, Execution
 from ogmkit.errors import SettingsError
 from ogmkit.grid import GridSpec
 from ogmkit.homography.corners import usable_corners
@@ -23,7 +24,6 @@ from ogmkit.learn.predict.run import Run, open_run, require_grid, require_system
 from ogmkit.learn.runs import checkpoint_file
 from ogmkit.pipeline.amend import amend
 from ogmkit.pipeline.amendment import Groups
-from ogmkit.pipeline.execution import Execution
 from ogmkit.pipeline.geometry import frame_geometry
 from ogmkit.pipeline.homography_fit import HomographySummary
 from ogmkit.pipeline.homography_rows import store_homographies
@@ -126,9 +126,8 @@ def predict_homographies(
     *,
     name: str = NETWORK,
     cameras: Sequence[str] = (),
-    overwrite: bool = False,
     batch_size: int = 8,
-    on_progress: Callable[[int, int], None] | None = None,
+    execution: Execution = DEFAULT_EXECUTION,
 ) -> HomographySummary:
     """Predict the homography of every frame of a folder's shards and store it there.
 
@@ -140,9 +139,9 @@ def predict_homographies(
         checkpoint: a RUN of `homography`, or one of its checkpoints.
         name: of the group: `network` or `network-…`.
         cameras: channels; none means all that the run knows.
-        overwrite: predict again what exists, also by another checkpoint.
         batch_size: frames at a time.
-        on_progress: called with (shards done, shards in all).
+        execution: where the work is done, progress, and whether to predict again what exists, also by another
+            checkpoint. Each worker has the network for itself.
 
     Raises:
         CheckpointError: there is no checkpoint, or it is damaged or of another system.
@@ -164,13 +163,19 @@ def predict_homographies(
     require_extracted(out, manifest, run.model.prediction_spec(None))
     settings = run.card.settings.to_dict()
     job = NetworkHomography(name, file, sha256, {key: settings[key] for key in _TOLD}, batch_size)
-    execution = Execution(overwrite=overwrite, on_progress=on_progress)
-    where = f"{run.path} on {device_name()}"
+    where = f"{run.path} {_place(execution)}"
     shards = amend(out, job, cameras=chosen, execution=execution, where=where)
     results = joined([shard.report for shard in shards])
     kept = sum(not shard.changed for shard in shards)
     summary = MethodSummary(name, results)
     return HomographySummary((summary,), len(shards), kept, time.monotonic() - started)
+
+
+def _place(execution: Execution) -> str:
+    """Where the network works, in words; of other machines, their devices aren't known here."""
+    if execution.beside:
+        return f"on {device_name()}, {execution.place}"
+    return execution.place if execution.scheduler else f"on {device_name()}"
 
 
 @lru_cache(maxsize=1)

@@ -67,6 +67,7 @@ class System(LightningModule):
         has_bev: whether it predicts BEV masks.
         plans: whether it plans: its samples are sequences then.
         prepare_rounds: how often `prepare` sees each training sample, where augmentation moves it.
+        loaded: names of the tensors that another run has filled, where the training starts from one.
     """
 
     score_name: ClassVar[str]
@@ -80,6 +81,7 @@ class System(LightningModule):
         self.settings = settings
         self.grid = grid
         self.cameras = cameras
+        self.loaded: frozenset[str] = frozenset()
         self._frozen: list[Module] = []
 
     @property

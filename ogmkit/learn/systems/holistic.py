@@ -50,7 +50,7 @@ class _Seeing(PlannerSystem):
         self.perception(batch["image"])
 
     @property
-    def prepare_spec(self) -> SampleSpec:
+    def prepare_spec(self) -> SampleSpec | None:
         """Trajectories; and the masks, where their classes are weighted."""
         if not self._weighs:
             return super().prepare_spec

@@ -61,15 +61,22 @@ class PlannerSystem(System):
         return self.prediction_spec(None)
 
     @property
-    def prepare_spec(self) -> SampleSpec:
-        """Trajectories."""
-        return SampleSpec(trajectory=True)
+    def prepare_spec(self) -> SampleSpec | None:
+        """Trajectories, unless the statistics came with the weights."""
+        return None if self._is_prepared else SampleSpec(trajectory=True)
 
     def prepare(self, samples: Iterable[Batch]) -> None:
         """Learn the coordinates' means and spreads, and the linear mean where the settings ask for it."""
+        if self._is_prepared:
+            return
         batches = [(batch["positions"], batch["future"]) for batch in samples]
         positions, future = (torch.cat(parts) for parts in zip(*batches, strict=True))
         self.planner.fit(positions, future)
+
+    @property
+    def _is_prepared(self) -> bool:
+        """Weights mean metres by the statistics that they were learnt with."""
+        return self.loaded.issuperset(f"planner.{name}" for name, _ in self.planner.named_buffers())
 
     def answer(self, batch: Batch) -> Answer:
         """`mean`, `sigma` and `rho` of the plan, beside what `observed` gives."""

@@ -2,13 +2,13 @@
 
 from pathlib import Path
 
+from ogmkit.base.execution import Execution
 from ogmkit.base.names import with_number
 from ogmkit.learn.catalogue import entry_of
 from ogmkit.learn.data.module import ShardDataModule
 from ogmkit.learn.devices import arithmetic, best_device, device_name
 from ogmkit.learn.perception_settings import ImageTraining
 from ogmkit.learn.settings import TrainSettings
-from ogmkit.pipeline.execution import Execution
 from ogmkit.samples.splits import Division
 
 _MOST_PIXELS = 2e10

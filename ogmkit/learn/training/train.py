@@ -1,7 +1,6 @@
 """Training a system on shards: from settings to a folder of checkpoints, figures and pictures."""
 
 import logging
-import os
 import time
 import warnings
 from collections.abc import Callable, Iterator
@@ -12,6 +11,7 @@ from pathlib import Path
 import torch
 from lightning.pytorch import Callback, Trainer, seed_everything
 
+from ogmkit.base.atomic import part_of
 from ogmkit.base.news import Found, Waiting, listening, tell
 from ogmkit.learn.checkpoints import AtomicCheckpointIO, Card
 from ogmkit.learn.data.augment import Augmentation
@@ -177,7 +177,7 @@ def _fit(
 def _pixels_kept(data: ShardDataModule, run: Path) -> Iterator[None]:
     """Inside, decoded images and masks are kept in two files, by names that mark them as this process's."""
     sets = {"train": data.train_set, "val": data.val_set}
-    paths = {name: run / f".samples-{name}.{os.getpid()}.part" for name in sets}
+    paths = {name: part_of(run / f"samples-{name}") for name in sets}
     try:
         for name, samples in sets.items():
             samples.keep_pixels(paths[name])
@@ -190,9 +190,9 @@ def _pixels_kept(data: ShardDataModule, run: Path) -> Iterator[None]:
 def _begin(system: System, data: ShardDataModule) -> None:
     """Give a fresh system what it begins with."""
     warm_start(system)
-    if system.prepare_spec is not None:
+    if (spec := system.prepare_spec) is not None:
         tell(Waiting("reading the training samples once, for their statistics"))
-        system.prepare(data.statistics(system.prepare_spec, system.prepare_rounds))
+        system.prepare(data.statistics(spec, system.prepare_rounds))
 
 
 def _trainer(settings: TrainSettings, run: Path, step: int, callbacks: list[Callback]) -> Trainer:

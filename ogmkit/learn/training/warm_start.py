@@ -47,7 +47,7 @@ def require_perception(settings: TrainSettings, grid: GridSpec) -> TrainSettings
 def warm_start(system: System) -> None:
     """Copy weights into a fresh system, where its settings name runs.
 
-    Statistics that `System.prepare` learns from the training samples are replaced there.
+    The system knows by `System.loaded` what it was given; `System.prepare` learns the rest from the samples.
 
     Raises:
         CheckpointError: a run is gone or damaged, or its weights don't fit.
@@ -87,6 +87,7 @@ def _start_from(system: System, run: Path) -> None:
         )
     require_finite(file, fitting)
     system.load_state_dict(fitting, strict=False)
+    system.loaded = frozenset(fitting)
     told = [f"{len(fitting)} of {len(own)} tensors from {run} ({there})"]
     told += _named("not there", own.keys() - fitting.keys())
     told += _named("not used", found.keys() - fitting.keys())

@@ -11,12 +11,12 @@ from pathlib import Path
 
 from ogmkit.base import locks
 from ogmkit.base.atomic import output_errors, replacing
+from ogmkit.base.execution import DEFAULT_EXECUTION, Execution, run_over
 from ogmkit.base.names import with_number
 from ogmkit.base.news import Found, tell
 from ogmkit.errors import SettingsError
 from ogmkit.frames import SceneRecord
 from ogmkit.nuscenes.dataset import Dataset
-from ogmkit.pipeline.execution import DEFAULT_EXECUTION, Execution, run_over
 from ogmkit.pipeline.exports import record
 from ogmkit.pipeline.exports.cvt_sample import CAMERAS, CVT, entry_of, files_of
 from ogmkit.pipeline.exports.record import ExportedFile, ExportSummary

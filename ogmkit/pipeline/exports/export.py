@@ -10,11 +10,11 @@ from typing import Literal
 
 from ogmkit.base import locks
 from ogmkit.base.atomic import output_errors, replacing, require_outside
+from ogmkit.base.execution import DEFAULT_EXECUTION, Execution, run_over
 from ogmkit.base.extras import require_packages
 from ogmkit.base.names import with_number
 from ogmkit.base.news import Found, tell
 from ogmkit.errors import ShardError
-from ogmkit.pipeline.execution import DEFAULT_EXECUTION, Execution, run_over
 from ogmkit.pipeline.exports import parquet, record, webdataset
 from ogmkit.pipeline.exports.card import write_card
 from ogmkit.pipeline.exports.columns import TABLES, Column, Table, columns_of, groups_of

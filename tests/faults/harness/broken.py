@@ -97,7 +97,7 @@ BROKEN = {
             "shards with footprints",
             "rendered/*.h5",
             (mutate.change_h5, mutate.damage),
-            ("preview",),
+            ("preview", "view"),
             cases=300,
         ),
         Broken(

@@ -133,6 +133,13 @@ SCENARIOS = {
             "rendered",
             pace="slow",
         ),
+        _scenario(
+            "view: view rendered --save scenes.rrd --overwrite",
+            "rendered",
+            "rendered",
+            pace="slow",
+            uncompared=("scenes.rrd",),
+        ),
         _scenario("cache: cache --cache-dir cache --json", "cache", "cache", speaks=True),
         _scenario("cache clear: cache --cache-dir cache --clear", "cache"),
         _scenario("doctor: doctor --json", "cache", "cache"),

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import torch
 
+from ogmkit.base.execution import Execution
 from ogmkit.errors import CheckpointError, OutputError, SettingsError, ShardError
 from ogmkit.footprints.settings import FootprintSettings
 from ogmkit.grid import GridSpec
@@ -166,9 +167,21 @@ def test_the_same_checkpoint_stays_and_another_needs_overwrite(out, run, make_ru
     with pytest.raises(OutputError, match=r"checkpoint_sha256 is .* use --overwrite"):
         predict_homographies(out, other)
     assert contents(out) == before
-    predict_homographies(out, other, overwrite=True)
-    predict_homographies(out, run, overwrite=True)
+    predict_homographies(out, other, execution=Execution(overwrite=True))
+    predict_homographies(out, run, execution=Execution(overwrite=True))
     assert contents(out) == before
+
+
+@pytest.mark.parametrize("scheduler", ["", pytest.param("local", marks=pytest.mark.slow)])
+def test_two_workers_give_the_same_bytes(out, learn_shards, run, tmp_path, contents, scheduler):
+    if scheduler:
+        pytest.importorskip(
+            "distributed", reason="distributed is not installed: pip install 'ogmkit[cluster]'"
+        )
+    two = shutil.copytree(out, tmp_path / "two")
+    predict_homographies(out, run)
+    predict_homographies(two, run, execution=Execution(2, scheduler))
+    assert contents(two) == contents(out)
 
 
 def test_interrupted_it_goes_on_where_it_stopped(out, learn_shards, run, tmp_path, contents):
@@ -179,7 +192,7 @@ def test_interrupted_it_goes_on_where_it_stopped(out, learn_shards, run, tmp_pat
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        predict_homographies(out, run, on_progress=interrupt)
+        predict_homographies(out, run, execution=Execution(on_progress=interrupt))
     assert predict_homographies(out, run).kept == 1
     assert contents(out) == contents(whole)
 

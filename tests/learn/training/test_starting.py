@@ -78,6 +78,23 @@ def test_what_does_not_fit_starts_fresh_and_is_told(learn_shards, first, tmp_pat
     assert "; not used: " in told[0]
 
 
+def test_a_planner_keeps_the_statistics_that_its_weights_were_learnt_with(plan_shards, make_run, tmp_path):
+    """Another dataset's would let the same weights say other metres."""
+    grid = read_manifest(plan_shards).settings.targets.grid
+    run = make_run(tmp_path / "planner", "lstm-ed", grid, ["CAM_FRONT"])
+    _, content = read_checkpoint(run / BEST)
+    content["state_dict"]["planner.of_targets.spread"] = torch.tensor([123.0, 45.0])
+    write_checkpoint(run / BEST, content)
+    settings = CATALOGUE["lstm-ed"].settings
+    options = {"max_steps": 1, "lr": 0.0}
+    _, kept = started(settings(init=str(run), **options), plan_shards, tmp_path / "kept")
+    assert kept["planner.of_targets.spread"].tolist() == [123.0, 45.0]
+    # A linear mean that wasn't there is learnt, and with it what it leaves over.
+    _, learnt = started(settings(init=str(run), mean="linear", **options), plan_shards, tmp_path / "learnt")
+    assert learnt["planner.of_targets.spread"].max() < 45
+    assert learnt["planner.linear_mean.weights"].abs().max() > 0
+
+
 def test_a_run_of_which_nothing_fits_is_refused(learn_shards, make_run, grid, tmp_path):
     planner = make_run(tmp_path / "planner", "lstm-ed", grid, CAMERAS)
     with pytest.raises(CheckpointError, match=r"planner: no weight of lstm-ed fits this footprints"):

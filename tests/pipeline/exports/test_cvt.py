@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from ogmkit.base.execution import Execution
 from ogmkit.errors import DataFileError, OutputError
 from ogmkit.geometry.boxes import ground_corners
 from ogmkit.geometry.se3 import transform_points
@@ -15,7 +16,6 @@ from ogmkit.labels.catalogue import PRESETS
 from ogmkit.labels.make import labels_of
 from ogmkit.nuscenes.dataset import Dataset
 from ogmkit.nuscenes.expansion import open_expansion
-from ogmkit.pipeline.execution import Execution
 from ogmkit.pipeline.exports.cvt import export_cvt
 
 CLASSES = [

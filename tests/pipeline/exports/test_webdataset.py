@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from ogmkit.pipeline.execution import Execution
+from ogmkit.base.execution import Execution
 from ogmkit.pipeline.exports import columns
 from ogmkit.pipeline.exports.export import export_shards
 from ogmkit.pipeline.exports.webdataset import write_tar

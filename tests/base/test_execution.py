@@ -1,15 +1,21 @@
+import logging
 import os
-import threading
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+import time
 from contextlib import closing
-from multiprocessing import get_context
+from pathlib import Path
 
 import cv2
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from ogmkit.errors import OgmkitError
-from ogmkit.pipeline.execution import Execution, run_over
+from ogmkit.base.execution import Execution, run_in_order, run_over
+from ogmkit.errors import DataFileError, OgmkitError
+
+
+@pytest.fixture
+def importable(monkeypatch):
+    """Functions of this file can be imported by processes that are started."""
+    monkeypatch.syspath_prepend(Path(__file__).resolve().parents[2])
 
 
 def watched(items, drawn):
@@ -46,12 +52,9 @@ def test_a_worker_is_one_blas_thread_wherever_it_works():
         pytest.skip("numpy's BLAS is none that threadpoolctl knows")
     with threadpool_limits(2, user_api="blas"):
         found = list(run_over(lambda _: threadpool_info(), range(2), Execution(workers=1)))
-        with ThreadPoolExecutor(2) as executor:
-            found += run_over(lambda _: threadpool_info(), range(2), Execution(executor=executor))
-        with ProcessPoolExecutor(1, get_context("spawn")) as executor:
-            look = "__import__('threadpoolctl').threadpool_info()"
-            found += run_over(eval, [look, look], Execution(executor=executor))
-        assert [blas_threads(info) for info in found] == [{1}] * 6
+        look = "__import__('threadpoolctl').threadpool_info()"
+        found += run_over(eval, [look, look], Execution(workers=2))
+        assert [blas_threads(info) for info in found] == [{1}] * 4
         assert blas_threads(threadpool_info()) == {2}
 
 
@@ -60,29 +63,34 @@ def test_an_exception_gives_up_the_rest():
         list(results)
 
 
+def slowly(item):
+    time.sleep(0.2 * (item == 0))
+    return item
+
+
+@pytest.mark.usefixtures("importable")
+def test_results_have_the_items_order_where_that_is_asked_for():
+    assert list(run_in_order(slowly, range(7), Execution(workers=2))) == list(range(7))
+
+
+def warned(item):
+    logging.getLogger("ogmkit.test").warning("saw %s", item)
+    logging.getLogger("ogmkit.test").debug("too much")
+    if item == 2:
+        raise DataFileError("a.jpg: is absent", kind="absent")
+    return item
+
+
+@pytest.mark.usefixtures("importable")
+def test_log_records_and_errors_come_home_from_processes(caplog):
+    caplog.set_level("WARNING", "ogmkit")
+    assert sorted(run_over(warned, [0, 1], Execution(workers=2))) == [0, 1]
+    with pytest.raises(DataFileError, match="is absent") as raised:
+        list(run_over(warned, [2], Execution(workers=2)))
+    assert raised.value.kind == "absent"
+    assert sorted(caplog.messages) == ["saw 0", "saw 1", "saw 2"]
+
+
 def test_a_worker_that_dies_is_told():
     with pytest.raises(OgmkitError, match=r"a worker process died.*fewer --workers"):
         list(run_over(os._exit, [3, 3, 3], Execution(workers=2)))
-
-
-def test_leaving_waits_for_what_the_callers_executor_has_begun():
-    begun, release, ended = threading.Event(), threading.Event(), []
-
-    def work(item):
-        if item:
-            begun.set()
-            release.wait(10)
-            ended.append(item)
-        return item
-
-    def leave(executor):
-        with closing(run_over(work, [0, 1, 2, 3], Execution(executor=executor))) as results:
-            next(results)
-            begun.wait(10)
-            threading.Timer(0.05, release.set).start()
-            raise KeyboardInterrupt
-
-    with ThreadPoolExecutor(1) as executor:
-        with pytest.raises(KeyboardInterrupt):
-            leave(executor)
-        assert ended == [1]  # 2 and 3 were cancelled

@@ -1,0 +1,1 @@
+"""A Rerun recording of shards and predictions, to be moved about in."""
