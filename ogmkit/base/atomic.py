@@ -1,6 +1,6 @@
 """Files that exist whole or not at all: written beside their place, synced, then renamed.
 
-In a folder that stands for a remote one, they go to the store before that (`ogmkit.base.remote`).
+In a folder that stands for a remote one, they go to the store before that (`ogmkit.base.mirror`).
 """
 
 import functools
@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from ogmkit.base.remote import published, removed
+from ogmkit.base.mirror import published, removed
 from ogmkit.errors import OutputError
 
 _PART = re.compile(r"\..+\.(?:(?P<host>[\w-]+)-)?(?P<process>\d+)\.part")

@@ -14,8 +14,6 @@ from io import BufferedReader, FileIO
 from pathlib import Path
 from typing import Any, Literal
 
-from ogmkit.base.remote import fetched
-
 MAX_BYTES = 1 << 28
 """Of a file that is read whole: 256 MiB."""
 
@@ -36,6 +34,8 @@ def file_status(path: Path) -> os.stat_result:
     try:
         status = path.stat()
     except FileNotFoundError:
+        from ogmkit.base.mirror import fetched  # noqa: PLC0415  # it reads through this door itself
+
         if not fetched(path):
             raise
         status = path.stat()

@@ -15,7 +15,8 @@ from ogmkit_cli.main import main
 
 from ogmkit.base import remote
 from ogmkit.base.atomic import remove, write_json
-from ogmkit.base.remote import Mirror, mirror_of, open_mirror
+from ogmkit.base.mirror import Mirror, mirror_of
+from ogmkit.base.remote import open_mirror
 from ogmkit.errors import MissingPackageError, SettingsError
 from ogmkit.shards.listed import listed_shard
 from ogmkit.shards.manifest import read_manifest
