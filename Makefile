@@ -47,7 +47,7 @@ $(VENV)/.installed: $(METADATA) constraints.txt
 	@touch $@
 
 $(VENV)/.installed-dev: $(VENV)/.installed
-	$(VENV)/bin/python -m pip install $(PIP_FLAGS) -e '.[dev,train,pretrained,parquet,onnx,docs,view,cluster]' -c constraints.txt
+	$(VENV)/bin/python -m pip install $(PIP_FLAGS) -e '.[dev,train,pretrained,parquet,onnx,docs,view,cluster,remote]' -c constraints.txt
 	@touch $@
 
 $(VENV)/.installed-mutants: $(VENV)/.installed-dev

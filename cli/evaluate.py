@@ -16,7 +16,7 @@ from .command import Command
 from .evaluate_written import ROWS, label_table, written
 from .logs import note
 from .options import cameras_option, shards_split_file_option, theme_option, workers_option
-from .paths import EXISTING, EXISTING_FILE, EXISTING_FOLDER, FOLDER
+from .paths import EXISTING, EXISTING_FILE, FOLDER, SHARDS
 from .progress import progress
 from .record_options import record_options
 
@@ -69,7 +69,7 @@ class _Call:
         "ogmkit evaluate shards runs/holistic --format json",
     ),
 )
-@click.argument("shards", type=EXISTING_FOLDER)
+@click.argument("shards", type=SHARDS)
 @click.argument("runs", metavar="[RUN]...", type=EXISTING, nargs=-1)
 @shards_split_file_option
 @record_options(EvaluateSettings, "settings")

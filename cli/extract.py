@@ -24,7 +24,7 @@ from .options import (
     version_option,
     workers_option,
 )
-from .paths import ANY
+from .paths import NEW_SHARDS
 from .progress import progress
 from .record_options import record_options
 from .text import one_line
@@ -48,7 +48,7 @@ _NAMED = 3
     ),
 )
 @dataroot_argument
-@click.argument("out", type=ANY)
+@click.argument("out", type=NEW_SHARDS)
 @version_option
 @scenes_option
 @splits_option
@@ -84,7 +84,7 @@ def command(
     Each scene of DATAROOT becomes OUT/<scene>.h5 with rasters, boxes, trajectories, calibration and images;
     OUT/manifest.json lists them. --layers, --classes, --instances and --future add rasters on the same grid.
     --definition stores labels as other repositories draw them, to the cell. To
-    resume after an interruption, run the same command again.
+    resume after an interruption, run the same command again. OUT may be s3://BUCKET/FOLDER.
     Scenes that fail are named at the end, with exit code 1; scenes that are left out are named too, with exit
     code 0 unless none is left.
     """

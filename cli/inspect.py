@@ -10,7 +10,7 @@ import click
 
 from .command import Command
 from .options import json_option, version_option
-from .paths import EXISTING
+from .paths import SHARDS_OR_FILE
 from .text import json_text, lines_text
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
         "ogmkit inspect runs/footprints --json",
     ),
 )
-@click.argument("path", type=EXISTING)
+@click.argument("path", type=SHARDS_OR_FILE)
 @version_option
 @json_option
 def command(path: Path, version: str | None, as_json: bool) -> None:

@@ -9,7 +9,7 @@ import click
 from ogmkit.drawing.palette import THEMES
 from ogmkit.errors import SettingsError
 
-from .paths import EXISTING, EXISTING_FOLDER, FOLDER
+from .paths import EXISTING, EXISTING_FOLDER, FOLDER, SHARDS
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -94,7 +94,7 @@ def size(value: str | Sequence[int]) -> tuple[int, int]:
 dataroot_argument = click.argument("dataroot", type=EXISTING_FOLDER)
 """DATAROOT, as `dataroot: Path`: an existing folder that holds `v1.0-*`, `samples` and `maps`."""
 
-shards_argument = click.argument("shards", type=EXISTING_FOLDER)
+shards_argument = click.argument("shards", type=SHARDS)
 """SHARDS, as `shards: Path`: an existing folder that `ogmkit extract` wrote."""
 
 version_option = click.option(

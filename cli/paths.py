@@ -32,6 +32,32 @@ class UserPath(click.Path):
         return super().convert(os.path.expanduser(value), param, ctx)
 
 
+class ShardsPath(UserPath):
+    """A folder of shards: a path, or an `s3://` URL, which becomes the local folder that stands for it.
+
+    Args:
+        exists: it has to be there; a remote one is taken to be.
+        file_okay: it may be a file.
+        whole: the command looks at the folder itself, so that all files are fetched first.
+    """
+
+    def __init__(self, *, exists: bool = False, file_okay: bool = True, whole: bool = False) -> None:
+        super().__init__(exists=exists, file_okay=file_okay)
+        self._whole = whole
+
+    def convert(
+        self,
+        value: str | os.PathLike[str],
+        param: click.Parameter | None,
+        ctx: click.Context | None,
+    ) -> str | bytes | os.PathLike[str]:
+        """Open what is remote, or check what is local."""
+        from ogmkit.base.remote import is_url, open_mirror
+
+        name = os.fspath(value)
+        return open_mirror(name, whole=self._whole) if is_url(name) else super().convert(value, param, ctx)
+
+
 ANY = UserPath()
 """A file or folder, there or not."""
 EXISTING = UserPath(exists=True)
@@ -42,3 +68,10 @@ FILE = UserPath(dir_okay=False)
 """A file, there or not."""
 FOLDER = UserPath(file_okay=False)
 """A folder, there or not."""
+SHARDS = ShardsPath(exists=True, file_okay=False)
+"""A folder of shards, read by its manifest."""
+ALL_SHARDS = ShardsPath(exists=True, file_okay=False, whole=True)
+"""A folder of shards with all that lies in it."""
+NEW_SHARDS = ShardsPath(whole=True)
+"""A folder of shards, there or not."""
+SHARDS_OR_FILE = ShardsPath(exists=True)

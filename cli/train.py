@@ -21,9 +21,10 @@ from .train_options import TrainCommand
 
 _HELP = """Train {system}: {help}.
 
-SHARDS is a folder that `ogmkit extract` wrote. The defaults are the paper's. RUN gets config.yaml,
-splits.json, metrics.csv, tensorboard/, samples.png, last.ckpt and best.ckpt. Ctrl-C finishes the step and
-saves. To resume, run the same command again; on a CPU, the weights are the same as without the interruption.
+SHARDS is a folder that `ogmkit extract` wrote, or s3://BUCKET/FOLDER. The defaults are the paper's. RUN gets
+config.yaml, splits.json, metrics.csv, tensorboard/, samples.png, last.ckpt and best.ckpt. Ctrl-C finishes the
+step and saves. To resume, run the same command again; on a CPU, the weights are the same as without the
+interruption.
 """
 _EXAMPLES = (
     "ogmkit train {system} shards --out runs/{system}",

@@ -5,7 +5,8 @@ from pathlib import Path
 import click
 
 from .command import Command
-from .options import json_option, scheduler_option, shards_argument, workers_option
+from .options import json_option, scheduler_option, workers_option
+from .paths import ALL_SHARDS
 from .progress import progress
 from .text import json_text, lines_text
 
@@ -17,7 +18,7 @@ from .text import json_text, lines_text
         "ogmkit verify shards --json --workers 8",
     ),
 )
-@shards_argument
+@click.argument("shards", type=ALL_SHARDS)
 @workers_option
 @scheduler_option
 @json_option

@@ -125,9 +125,9 @@ def required(config, *extras):
     return {canonical(Requirement(line).name) for line in lines}
 
 
-def test_core_imports_its_requirements_and_three_of_the_extras(config):
+def test_core_imports_its_requirements_and_four_of_the_extras(config):
     imported = distributions(third_party_imports(modules(learn=False)))
-    assert imported <= required(config, "parquet", "view", "cluster")
+    assert imported <= required(config, "parquet", "view", "cluster", "remote")
 
 
 def test_learn_imports_the_core_and_its_extras(config):

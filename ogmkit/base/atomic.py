@@ -1,4 +1,7 @@
-"""Files that exist whole or not at all: written beside their place, synced, then renamed."""
+"""Files that exist whole or not at all: written beside their place, synced, then renamed.
+
+In a folder that stands for a remote one, they go to the store before that (`ogmkit.base.mirror`).
+"""
 
 import functools
 import json
@@ -9,6 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from ogmkit.base.mirror import published, removed
 from ogmkit.errors import OutputError
 
 _PART = re.compile(r"\..+\.(?:(?P<host>[\w-]+)-)?(?P<process>\d+)\.part")
@@ -46,11 +50,22 @@ def replacing(path: Path) -> Iterator[Path]:
         try:
             yield part
             _sync(part)
-            part.replace(path)
+            with published(part, path):
+                part.replace(path)
             _sync(path.parent)
         except BaseException:
             part.unlink(missing_ok=True)
             raise
+
+
+def remove(path: Path) -> None:
+    """Remove a file, if it is there.
+
+    Raises:
+        OutputError: the system refuses.
+    """
+    with output_errors(path):
+        removed(path)
 
 
 def write_json(path: Path, content: object) -> None:

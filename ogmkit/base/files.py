@@ -31,7 +31,14 @@ def file_status(path: Path) -> os.stat_result:
     Raises:
         OSError: it is absent, can't be reached, or is a folder, pipe or device.
     """
-    status = path.stat()
+    try:
+        status = path.stat()
+    except FileNotFoundError:
+        from ogmkit.base.mirror import fetched  # noqa: PLC0415  # it reads through this door itself
+
+        if not fetched(path):
+            raise
+        status = path.stat()
     _require_regular(path, status)
     return status
 

@@ -16,6 +16,7 @@ USES: Mapping[str, str] = MappingProxyType(
         "onnx": "export",
         "view": "view",
         "cluster": "--scheduler",
+        "remote": "shards in an object store, s3://BUCKET/FOLDER",
     }
 )
 """Extra → what it is needed for; those of development are left out."""

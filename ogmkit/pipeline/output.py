@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ogmkit.base import locks
-from ogmkit.base.atomic import is_part, output_errors, write_json
+from ogmkit.base.atomic import is_part, output_errors, remove, write_json
 from ogmkit.base.differences import differences
 from ogmkit.errors import OutputError, ShardError, UnreadableShardError
 from ogmkit.shards.faults import H5_ERRORS
@@ -133,8 +133,7 @@ def has_shard(request: Request, scene: str) -> bool:
 
 def finish(out: Path) -> None:
     """Take the mark away."""
-    with output_errors(out):
-        (out / MARKER).unlink(missing_ok=True)
+    remove(out / MARKER)
 
 
 def require_no_other_run(out: Path, command: str) -> bool:
@@ -165,8 +164,7 @@ def begin_amending(out: Path, command: str) -> None:
 
 def finish_amending(out: Path) -> None:
     """Take the mark away, where there is one."""
-    with output_errors(out):
-        (out / AMENDING).unlink(missing_ok=True)
+    remove(out / AMENDING)
 
 
 def _manifest(out: Path) -> Manifest | None:
