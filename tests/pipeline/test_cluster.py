@@ -225,6 +225,23 @@ def test_what_is_no_scheduler_is_refused(scheduler):
 
 
 @pytest.mark.slow
+def test_ctrl_c_is_told_in_one_line_and_leaves_no_process(tmp_path, tiny_dataroot, mask_cache):
+    """The terminal sends it to all processes of the command."""
+    out = tmp_path / "out"
+    code = "from ogmkit_cli.main import main; main(prog_name='ogmkit')"
+    options = ["--scheduler", "local", "--workers", "2", "--cache-dir", mask_cache, "-q"]
+    command = [sys.executable, "-c", code, "extract", tiny_dataroot, out, *options]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True) as process:
+        while not list(out.glob(".scene-*.part")):
+            assert process.poll() is None
+            time.sleep(0.01)
+        os.killpg(process.pid, signal.SIGINT)
+        told = process.communicate()[1]  # at the end of the last process that has stderr
+    assert told == "ogmkit: interrupted; run the same command to resume\n"
+    assert not list(out.glob("*.part"))
+
+
+@pytest.mark.slow
 def test_a_unit_that_kills_every_worker_ends_the_run():
     with pytest.raises(OgmkitError, match="died over the same unit of work again and again"):
         list(run_over(os._exit, [3], Execution(1, "local")))
