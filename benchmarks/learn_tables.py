@@ -57,7 +57,7 @@ def grids(bench, world, reading, cells):
     lines = [f"**{READINGS[reading]}, {WHERE[cells]}, %**", ""]
     lines += [row("", *header), row("---", *["---:"] * len(header))]
     for name, counts in _rows(bench, world):
-        figures = [NOT_RUN] if counts is None else _figures(counts, cells, reading)
+        figures = [NOT_RUN] if counts is None else [*_figures(counts, cells, reading)]
         lines.append(row(name, *figures, *[""] * (len(header) - len(figures))))
     return "\n".join(lines)
 

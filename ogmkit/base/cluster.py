@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, Future
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
+from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -162,6 +163,7 @@ def _connected(scheduler: str, workers: int) -> Iterator["Client"]:
         return
     from distributed import LocalCluster  # noqa: PLC0415  # of the extra
 
+    resource_tracker.ensure_running()  # else the thread that starts workers would, which lets it see Ctrl-C
     with ExitStack() as stack:
         with interrupts_blocked():
             cluster = LocalCluster(

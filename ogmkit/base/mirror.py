@@ -1,8 +1,8 @@
 """Mirrors: local folders that stand for folders in an object store.
 
-A file that isn't there is fetched when it is first read (`ogmkit.base.files`). A file that is written goes to
-the store, whole, before it takes its place (`ogmkit.base.atomic`). A mirror tells by the files beside it that
-it is one, in every process.
+A file that isn't there is fetched when it is first read (`ogmkit.base.files`), and a file that is written
+goes to the store, whole, before it takes its place (`ogmkit.base.atomic`). A mirror tells by the files beside
+it that it is one, in every process.
 """
 
 import errno

@@ -58,8 +58,8 @@ def open_mirror(url: str, *, whole: bool = False, cache_dir: Path | None = None)
             (own / NAME).write_text(json.dumps({"url": url}), encoding="utf-8")
         mirror.refresh(whole=whole)
     except OSError as error:
+        said = (error.strerror or str(error)).removeprefix(f"{url}: ")  # a store's own errors name it
         raise OutputError(
-            f"{url}: {error.strerror or error} ({error.filename or own}); see that the store can be reached, "
-            "then run again"
+            f"{url}: {said} ({error.filename or own}); see that the store can be reached, then run again"
         ) from error
     return mirror.folder

@@ -78,7 +78,7 @@ def test_corrected_tables_are_written_beside_and_checked(dataroot, edit_table):
 def test_errors_fail(dataroot, edit_table):
     edit_table(dataroot, "sample_annotation", _shrink_boxes)
 
-    result = _run(dataroot)
+    result = _run(dataroot, "--quiet")
 
     assert result.exit_code == 1
     assert "R303 error: box size is not positive or immense (" in result.stdout

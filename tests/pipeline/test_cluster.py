@@ -150,9 +150,9 @@ def test_a_worker_that_sees_no_folder_is_named(tmp_path, monkeypatch):
     monkeypatch.setattr(cluster_worker, "_name", lambda: "tcp://10.0.0.8:4711 on node-8")
     terms = cluster_worker.Terms("run", cluster_worker.releases(), (tmp_path, tmp_path / "absent"), 0)
     with pytest.raises(OgmkitError, match=r"^worker tcp\S+ on node-8 sees no .*absent; the folder must"):
-        cluster_worker.work(terms, b"").open()
+        cluster_worker.work(terms, b"").unpacked()
     (tmp_path / "absent").touch()
-    assert cluster_worker.work(terms, cluster._packed((abs, -7))).open() == 7
+    assert cluster_worker.work(terms, cluster._packed((abs, -7))).unpacked() == 7
 
 
 def test_another_release_is_refused(on_two, monkeypatch):
@@ -222,6 +222,23 @@ def killed_after(delay_s, process):
 def test_what_is_no_scheduler_is_refused(scheduler):
     with pytest.raises(SettingsError, match="give local, or an address such as tcp://"):
         Execution(scheduler=scheduler)
+
+
+@pytest.mark.slow
+def test_ctrl_c_is_told_in_one_line_and_leaves_no_process(tmp_path, tiny_dataroot, mask_cache):
+    """The terminal sends it to all processes of the command."""
+    out = tmp_path / "out"
+    code = "from ogmkit_cli.main import main; main(prog_name='ogmkit')"
+    options = ["--scheduler", "local", "--workers", "2", "--cache-dir", mask_cache, "-q"]
+    command = [sys.executable, "-c", code, "extract", tiny_dataroot, out, *options]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True) as process:
+        while not list(out.glob(".scene-*.part")):
+            assert process.poll() is None
+            time.sleep(0.01)
+        os.killpg(process.pid, signal.SIGINT)
+        told = process.communicate()[1]  # at the end of the last process that has stderr
+    assert told == "ogmkit: interrupted; run the same command to resume\n"
+    assert not list(out.glob("*.part"))
 
 
 @pytest.mark.slow
