@@ -130,7 +130,7 @@ def make_check(bench, part):
     """Beside reading the tables' files."""
     root, found = _root(bench), {"check": [], "floor": []}
     for _ in range(part.settings["rounds"]):
-        command = [OGMKIT, "check", root, "--images", "none", "--camera", CAMERA]
+        command = [OGMKIT, "check", root, "--images", "none", "--camera", CAMERA, "--workers", WORKERS]
         found["check"].append(cost_of(command).told())
         found["floor"].append(_floors(["tables", root])[0]["seconds"])
     return found

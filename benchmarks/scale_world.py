@@ -1,14 +1,11 @@
-"""A dataset of trainval's size: tables, four masks of real sizes and, where asked for, images."""
+"""A dataset of trainval's size: tables and four masks of real sizes, no images."""
 
-import os
 import struct
 import zlib
 from pathlib import Path
 
 import numpy as np
-from big_tables import CAMERAS, LOCATIONS, Extent, mask_name, write_tables
-
-from ogmkit.nuscenes.dataset import Dataset
+from big_tables import LOCATIONS, Extent, mask_name, write_tables
 
 VERSION = "v1.0-trainval"
 ROAD, BLOCK, SHIFT = 130, 700, 90
@@ -22,23 +19,6 @@ def write_world(root: Path, extent: Extent) -> dict[str, int]:
     for location, (rows, columns) in LOCATIONS.items():
         write_mask(root / mask_name(location), rows, columns)
     return counts
-
-
-def link_images(root: Path, image: Path, scenes: int) -> int:
-    """Let the front camera's key frames be hard links to one image; gives how many.
-
-    Raises:
-        OSError: the file system has no hard links, or too few.
-    """
-    count = 0
-    with Dataset(root) as dataset:
-        for name in dataset.scene_names()[:scenes]:
-            for frame in dataset.scene(name, CAMERAS[:1]).cameras[CAMERAS[0]]:
-                path = root / frame.image_path
-                path.parent.mkdir(parents=True, exist_ok=True)
-                os.link(image, path)
-                count += 1
-    return count
 
 
 def write_mask(path: Path, rows: int, columns: int) -> None:

@@ -3,20 +3,15 @@
 In a folder that stands for a remote one, they go to the store before that (`ogmkit.base.mirror`).
 """
 
-import functools
 import json
 import os
-import re
-import socket
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 
 from ogmkit.base.mirror import published, removed
+from ogmkit.base.parts import part_of, remove_left
 from ogmkit.errors import OutputError
-
-_PART = re.compile(r"\..+\.(?:(?P<host>[\w-]+)-)?(?P<process>\d+)\.part")
-_HOST = re.sub(r"[^\w-]", "_", socket.gethostname(), flags=re.ASCII)
 
 
 @contextmanager
@@ -46,7 +41,7 @@ def replacing(path: Path) -> Iterator[Path]:
         raise OutputError(f"{path}: is not a regular file that could be replaced; choose another name")
     part = part_of(path)
     with output_errors(path):
-        _remove_left(path.parent)
+        remove_left(path.parent)
         try:
             yield part
             _sync(part)
@@ -86,43 +81,6 @@ def require_outside(path: Path, out: Path) -> None:
     """
     if path.resolve().is_relative_to(out.resolve()):
         raise OutputError(f"{path}: lies in {out}, which holds nothing but shards; choose another place")
-
-
-def part_of(path: Path) -> Path:
-    """The name under which this process writes a file; machines that share a folder have their own."""
-    return path.with_name(f".{path.name}.{_HOST}-{os.getpid()}.part")
-
-
-def is_part(path: Path) -> bool:
-    """Whether the name is one that `part_of` gives."""
-    return _PART.fullmatch(path.name) is not None
-
-
-def remove_parts(folder: Path) -> None:
-    """Remove what killed runs left behind; only where no other run is writing."""
-    for path in folder.iterdir():
-        if is_part(path):
-            path.unlink(missing_ok=True)
-
-
-@functools.cache
-def _remove_left(folder: Path) -> None:
-    """Remove the parts of files whose processes, of this machine, are gone; once for each folder."""
-    with suppress(OSError):  # they harm nobody
-        for path in folder.iterdir():
-            found = _PART.fullmatch(path.name)
-            if found is not None and found["host"] in (None, _HOST) and not _runs(int(found["process"])):
-                path.unlink(missing_ok=True)
-
-
-def _runs(process: int) -> bool:
-    try:
-        os.kill(process, 0)
-    except (ProcessLookupError, OverflowError):
-        return False
-    except PermissionError:
-        return True  # another user's
-    return True
 
 
 def _sync(path: Path) -> None:

@@ -6,7 +6,8 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
-from ogmkit.base.atomic import output_errors, remove_parts
+from ogmkit.base.atomic import output_errors
+from ogmkit.base.parts import remove_parts
 from ogmkit.errors import OutputError
 
 

@@ -7,7 +7,6 @@ it that it is one, in every process.
 
 import errno
 import json
-import os
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -22,6 +21,7 @@ from ogmkit.base.extras import require_packages
 from ogmkit.base.files import read_text
 from ogmkit.base.names import with_number
 from ogmkit.base.news import Found, Waiting, tell
+from ogmkit.base.parts import part_of
 
 FILES, KEYS, NAME = "files", "keys", "mirror.json"
 """Names beside each other: the mirror itself, what the store said of each file, and its URL."""
@@ -54,7 +54,7 @@ class Mirror:
             if path.exists():
                 return
             there = self._info(name)
-            part = path.with_name(f".{name}.{os.getpid()}.part")
+            part = part_of(path)
             try:
                 self._store.get_file(self._remote(name), str(part))
                 if part.stat().st_size != there.size:

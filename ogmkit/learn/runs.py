@@ -4,9 +4,10 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
-from ogmkit.base.atomic import is_part, output_errors, replacing, write_json
+from ogmkit.base.atomic import output_errors, replacing, write_json
 from ogmkit.base.differences import differences
 from ogmkit.base.locks import locked
+from ogmkit.base.parts import is_part
 from ogmkit.errors import CheckpointError, OutputError
 from ogmkit.learn.settings import TrainSettings
 from ogmkit.learn.yaml_files import as_yaml, read_yaml

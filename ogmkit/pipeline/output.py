@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from ogmkit.base import locks
-from ogmkit.base.atomic import is_part, output_errors, remove, write_json
+from ogmkit.base.atomic import output_errors, remove, write_json
 from ogmkit.base.differences import differences
+from ogmkit.base.parts import is_part
 from ogmkit.errors import OutputError, ShardError, UnreadableShardError
 from ogmkit.shards.faults import H5_ERRORS
 from ogmkit.shards.manifest import (

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ogmkit.base.atomic import is_part
 from ogmkit.base.differences import differences
 from ogmkit.base.execution import DEFAULT_EXECUTION, Execution, run_in_order
+from ogmkit.base.parts import is_part
 from ogmkit.errors import ShardError
 from ogmkit.shards.crosschecks import cross_problems
 from ogmkit.shards.crosschecks_added import added_problems

@@ -4,7 +4,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from ogmkit.base.atomic import is_part, output_errors, replacing
+from ogmkit.base.atomic import output_errors, replacing
+from ogmkit.base.parts import is_part
 from ogmkit.errors import OutputError
 from ogmkit.pipeline.output import check_place, locked
 from ogmkit.shards.manifest import LOCK

@@ -5,7 +5,8 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
 
-from ogmkit.base.atomic import output_errors, remove_parts, replacing
+from ogmkit.base.atomic import output_errors, replacing
+from ogmkit.base.parts import remove_parts
 from ogmkit.evaluation import formats
 from ogmkit.evaluation.evaluate import evaluate
 from ogmkit.evaluation.planning.evaluate import evaluate_plans

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from ogmkit.base.atomic import is_part, part_of, remove_parts, replacing, require_outside, write_json
+from ogmkit.base.atomic import replacing, require_outside, write_json
+from ogmkit.base.parts import is_part, part_of, remove_parts
 from ogmkit.errors import OutputError
 
 

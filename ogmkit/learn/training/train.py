@@ -11,8 +11,8 @@ from pathlib import Path
 import torch
 from lightning.pytorch import Callback, Trainer, seed_everything
 
-from ogmkit.base.atomic import part_of
 from ogmkit.base.news import Found, Waiting, listening, tell
+from ogmkit.base.parts import part_of
 from ogmkit.learn.checkpoints import AtomicCheckpointIO, Card
 from ogmkit.learn.data.augment import Augmentation
 from ogmkit.learn.data.module import Loading, ShardDataModule

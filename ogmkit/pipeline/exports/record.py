@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from ogmkit import __version__
-from ogmkit.base.atomic import is_part, output_errors, write_json
+from ogmkit.base.atomic import output_errors, write_json
 from ogmkit.base.differences import differences
 from ogmkit.base.files import read_text
+from ogmkit.base.parts import is_part
 from ogmkit.errors import OutputError
 from ogmkit.shards.manifest import file_sha256
 
