@@ -57,8 +57,8 @@ def command(
 
     Records SHARDS, the folder that `ogmkit extract` wrote, with all that was added to it: images with boxes,
     footprints and homographies; rasters on the plane; LiDAR points; past and future; speed; predictions. One
-    recording holds all scenes, each at a place of its own; choose few of them by --scenes, since the viewer
-    keeps what it shows in memory.
+    recording holds all scenes, each under its own entity path. Choose a few with --scenes: the viewer keeps
+    everything it shows in memory.
 
     Needs `pip install 'ogmkit[view]'`. With --save, `rerun FILE` opens the recording later, also on
     another machine.

@@ -168,7 +168,7 @@ class _There:
 
 
 def mirror_of(folder: Path) -> Mirror | None:
-    """What a folder stands for; None for one that is no mirror."""
+    """The mirror that a folder is; None if it is an ordinary folder."""
     if folder.name != FILES:
         return None
     try:
@@ -179,7 +179,7 @@ def mirror_of(folder: Path) -> Mirror | None:
 
 
 def fetched(path: Path) -> bool:
-    """Bring a file that isn't here; False where its folder is no mirror.
+    """Download a missing file; False if its folder is not a mirror.
 
     Raises:
         OSError: it is absent there as well, or can't be had.

@@ -1,4 +1,4 @@
-"""A unit of work in a process of its own: one thread does it, and its log records go home with the result."""
+"""Units of work in worker processes: one thread each; log records are returned with the result."""
 
 import functools
 import logging

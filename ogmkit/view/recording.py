@@ -27,7 +27,7 @@ def recording_to(save: Path | None, name: str, blueprint: Any) -> Iterator[Any]:
         blueprint: how the viewer begins.
 
     Raises:
-        OutputError: the file can't be written, or there is no viewer or no screen for it.
+        OutputError: the file can't be written, or the viewer can't be started or has no display.
     """
     import rerun as rr  # noqa: PLC0415  # comes with the extra `view`
 

@@ -62,7 +62,7 @@ def view(
     overwrite: bool = False,
     on_progress: Callable[[int, int], None] | None = None,
 ) -> int:
-    """Record shards; one recording, in which each scene has a place of its own.
+    """Record shards as one recording, with each scene under its own entity path.
 
     Args:
         out: a folder that `ogmkit extract` finished.
