@@ -40,13 +40,13 @@ def draw_legend(groups: Sequence[Group], width: int) -> UInt8Array:
     """Draw a legend: groups in a row as far as they fit, then the next line.
 
     Args:
-        groups: at least one.
-        width: of the whole legend in pixels; a single group may need more and gets it.
+        groups: at least one. One that is wider than the legend goes on beneath its own first entry.
+        width: of the whole legend in pixels; a single entry may need more and gets it.
     """
     lines: list[list[UInt8Array]] = []
     room = 0
     for heading, entries in groups:
-        drawn = _draw_group(heading, entries())
+        drawn = _draw_group(heading, entries(), width)
         if drawn.shape[1] > room:
             lines.append([])
             room = width
@@ -56,26 +56,47 @@ def draw_legend(groups: Sequence[Group], width: int) -> UInt8Array:
 
 
 def _stack(lines: list[list[UInt8Array]], width: int) -> UInt8Array:
-    """Put groups into their lines; all have the same height."""
+    """Put groups into their lines."""
     widths = [sum(group.shape[1] + _GROUP_GAP for group in line) - _GROUP_GAP for line in lines]
-    canvas = Canvas(_LINE * len(lines), max([width, *widths]))
-    for number, line in enumerate(lines):
+    heights = [max(group.shape[0] for group in line) for line in lines]
+    canvas = Canvas(sum(heights), max([width, *widths]))
+    top = 0
+    for line, height in zip(lines, heights, strict=True):
         left = 0
         for group in line:
-            canvas.paste(group, left, number * _LINE)
+            canvas.paste(group, left, top)
             left += group.shape[1] + _GROUP_GAP
+        top += height
     return canvas.pixels
 
 
-def _draw_group(heading: str, entries: Iterable[Entry]) -> UInt8Array:
-    """Draw a heading and its entries in one line; returns (_LINE, w, 3)."""
+def _draw_group(heading: str, entries: Iterable[Entry], width: int) -> UInt8Array:
+    """Draw a heading and its entries in as few lines as the width allows; returns (lines · _LINE, w, 3)."""
+    title = Canvas(_LINE, _WIDEST)
+    start = title.text(heading, 0, _BASELINE, TEXT_SIZE) + _ENTRY_GAP
+    placed: list[tuple[UInt8Array, int, int]] = []
+    x, line = start, 0
+    for drawn in map(_draw_entry, entries):
+        if x > start and x + drawn.shape[1] > width:
+            x, line = start, line + 1
+        placed.append((drawn, x, line))
+        x += drawn.shape[1] + _ENTRY_GAP
+    canvas = Canvas(
+        _LINE * (line + 1), max([start - _ENTRY_GAP, *(at + one.shape[1] for one, at, _ in placed)])
+    )
+    canvas.paste(title.pixels[:, : start - _ENTRY_GAP], 0, 0)
+    for drawn, left, number in placed:
+        canvas.paste(drawn, left, number * _LINE)
+    return canvas.pixels
+
+
+def _draw_entry(entry: Entry) -> UInt8Array:
+    """Draw a swatch and its label; returns (_LINE, w, 3)."""
+    swatch, label = entry
     canvas = Canvas(_LINE, _WIDEST)
-    x = canvas.text(heading, 0, _BASELINE, TEXT_SIZE) + _ENTRY_GAP
-    for swatch, label in entries:
-        canvas.paste(swatch, x, _BASELINE - _SIDE + 3)
-        x += _SIDE + 10
-        x += canvas.text(label, x, _BASELINE, TEXT_SIZE, theme().muted) + _ENTRY_GAP
-    return canvas.pixels[:, : x - _ENTRY_GAP]
+    canvas.paste(swatch, 0, _BASELINE - _SIDE + 3)
+    end = _SIDE + 10 + canvas.text(label, _SIDE + 10, _BASELINE, TEXT_SIZE, theme().muted)
+    return canvas.pixels[:, :end]
 
 
 def _cell_entries() -> Iterator[Entry]:
