@@ -8,6 +8,7 @@ from ogmkit.drawing.palette import theme
 from ogmkit.typing import BoolArray, UInt8Array
 
 _STRIPES, _LEAST_PERIOD = 50, 8
+_FINE = 500
 _EDGE_SHARE = 300
 
 
@@ -48,6 +49,12 @@ def agreement_colours(
     on_top = np.array([colours.ground, colours.first, colours.second, colours.vehicle], np.uint8)
     shown = np.where((vehicles > 0)[..., None], on_top[vehicles], shown)
     return with_edge(shown, seen)
+
+
+def refined(mask: UInt8Array) -> UInt8Array:
+    """A mask of few rows with its cells repeated: stripes and edges are thinner than such a cell in a picture."""
+    times = max(1, _FINE // mask.shape[0])
+    return np.repeat(np.repeat(mask, times, axis=0), times, axis=1)
 
 
 def overlap(true: UInt8Array, other: UInt8Array, field_of_view: UInt8Array) -> float:

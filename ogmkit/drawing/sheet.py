@@ -120,7 +120,7 @@ def draw_sheet(
     Returns:
         (h, w, 3) uint8 RGB.
     """
-    columns = 1 if len(tiles) <= 2 else columns
+    columns = 1 if len(tiles) <= 2 else min(columns, len(tiles))
     rows = -(-len(tiles) // columns)
     tile_height, tile_width = (max(tile.shape[axis] for tile in tiles) for axis in (0, 1))
     legend = draw_legend(groups, columns * (tile_width + _TILE_GAP) - _TILE_GAP)

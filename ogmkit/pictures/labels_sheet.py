@@ -55,7 +55,7 @@ def draw_disagreement(
         subtitle = f"{shown}, IoU {iou:.3f}"
         tiles.append(draw_tile([Panel(_upright(definition, colours), definition.name, subtitle)]))
     heading = Heading(scene, f"key frame {number}", "labels over their exact rasters; ahead is up")
-    write_png(path, draw_sheet(heading, tiles, min(3, len(tiles)), [("cells", _swatches)]))
+    write_png(path, draw_sheet(heading, tiles, 3, [("cells", _swatches)]))
 
 
 def _upright(definition: Definition, colours: UInt8Array) -> UInt8Array:

@@ -10,7 +10,7 @@ import numpy as np
 from ogmkit.base.steps import STEP_S
 from ogmkit.drawing import bev_panel, legend
 from ogmkit.drawing.canvas import Canvas
-from ogmkit.drawing.cells import target_colours
+from ogmkit.drawing.cells import refined, target_colours
 from ogmkit.drawing.palette import theme
 from ogmkit.drawing.plan_marks import draw_plan_marks, plan_group
 from ogmkit.drawing.png import write_png
@@ -100,7 +100,8 @@ def draw_plan(view: View, grid: GridSpec, plan: Plan, step_s: float = STEP_S) ->
         step_s: time between its points.
     """
     shown, plane = _area(view, grid, plan)
-    canvas = bev_panel.draw_plane(target_colours(shown.drivable, shown.vehicles, shown.field_of_view), plane)
+    masks = map(refined, (shown.drivable, shown.vehicles, shown.field_of_view))
+    canvas = bev_panel.draw_plane(target_colours(*masks), plane)
     bev_panel.draw_paths(canvas, view.past, view.future, plane)
     labels, outlines = _times(len(plan.mean), step_s), [*_ellipses(plan)]
     draw_plan_marks(canvas, plane, plan.mean, view.future, labels=labels, outlines=outlines)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from ogmkit.drawing.cells import agreement_colours, overlap, target_colours
+from ogmkit.drawing.cells import agreement_colours, overlap, refined, target_colours
 from ogmkit.drawing.palette import theme
 
 
@@ -110,3 +110,14 @@ def test_overlap_counts_cells_in_view_only():
     assert overlap(true, other, mask(1, 1, 0, 0, 0)) == pytest.approx(1 / 2)
     assert math.isnan(overlap(true, other, mask(0, 0, 0, 0, 0)))
     assert overlap(true, mask(0, 0, 0, 0, 0), mask(1, 1, 1, 1, 1)) == 0
+
+
+@pytest.mark.parametrize(("rows", "times"), [(4, 125), (48, 10), (300, 1), (1000, 1)])
+def test_coarse_cells_are_repeated_up_to_the_scale_of_a_picture(rows, times):
+    coarse = np.random.default_rng(rows).integers(0, 2, (rows, 3), np.uint8)
+
+    fine = refined(coarse)
+
+    assert fine.shape == (rows * times, 3 * times)
+    assert (fine[::times, ::times] == coarse).all()
+    assert (fine[times - 1 :: times, times - 1 :: times] == coarse).all()
