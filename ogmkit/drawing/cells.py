@@ -52,7 +52,7 @@ def agreement_colours(
 
 
 def refined(mask: UInt8Array) -> UInt8Array:
-    """A mask of few rows with its cells repeated: stripes and edges are thinner than such a cell in a picture."""
+    """A mask of few rows with its cells repeated: stripes and edges are thinner than such a cell."""
     times = max(1, _FINE // mask.shape[0])
     return np.repeat(np.repeat(mask, times, axis=0), times, axis=1)
 
