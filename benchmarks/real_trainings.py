@@ -15,9 +15,10 @@ STARTS = ("random", "imagenet", "synthetic", "both")
 """Weights that a training starts from; both: a synthetic run that started from ImageNet's."""
 NEED_IMAGENET = {"imagenet", "both"}
 NEED_WORLD = {"synthetic", "both"}
+MASKS = ["--balance", "weighted", "--lr", 1e-3, "--precision", "auto"]
 SYSTEMS = {
-    "footprints": ["footprints", "--balance", "weighted", "--lr", 1e-3],
-    "full-body": ["footprints", "--masks", "full-body", "--balance", "weighted", "--lr", 1e-3],
+    "footprints": ["footprints", *MASKS],
+    "full-body": ["footprints", "--masks", "full-body", *MASKS],
     "homography": ["homography", "--head", "four-point", "--lr", 5e-4],
 }
 COMMON = ["--batch-size", 4, "--workers", 0, "--optimizer", "adamw", "--schedule", "cosine"]
