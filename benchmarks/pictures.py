@@ -61,7 +61,7 @@ def parts(folder, tables, *names):
 
 
 def world(folder):
-    """Shards of scenes with incidents and images on the planners' grid; a split file by which all are tests."""
+    """Shards of scenes with incidents and images on the planners' grid, and a split file: all are tests."""
     data, shards, splits = (folder / name for name in ("data", "shards", "splits.json"))
     if not data.exists():
         ogmkit(
