@@ -60,6 +60,18 @@ def list_option(
     )
 
 
+def workers_option_of(text: str) -> Callable[[Function], Function]:
+    """`--workers`, with the help that says what they do."""
+    return click.option(
+        "--workers",
+        type=click.IntRange(min=0),
+        default=1,
+        show_default=True,
+        callback=lambda context, parameter, value: max(value, 1),
+        help=text,
+    )
+
+
 def _joined(
     context: click.Context, parameter: click.Parameter, values: Sequence[tuple[str, ...]]
 ) -> tuple[str, ...]:
@@ -140,14 +152,7 @@ theme_option = click.option(
     help="Colours of pictures: dark for screens, light for paper.",
 )
 
-workers_option = click.option(
-    "--workers",
-    type=click.IntRange(min=0),
-    default=1,
-    show_default=True,
-    callback=lambda context, parameter, value: max(value, 1),
-    help="Number of worker processes; 0 or 1 works in this process.",
-)
+workers_option = workers_option_of("Number of worker processes; 0 or 1 works in this process.")
 
 scheduler_option = click.option(
     "--scheduler",

@@ -12,7 +12,14 @@ from ogmkit.base.news import Waiting, tell
 
 from .command import Command
 from .extras import require_train
-from .options import cameras_option, scenes_option, shards_split_file_option, splits_option, workers_option
+from .options import (
+    cameras_option,
+    scenes_option,
+    scheduler_option,
+    shards_split_file_option,
+    splits_option,
+    workers_option_of,
+)
 from .paths import EXISTING, EXISTING_FILE, EXISTING_FOLDER, FOLDER
 from .progress import progress
 from .text import with_number
@@ -60,8 +67,16 @@ batch_size_option = click.option(
     help="Number of frames in a batch.",
 )
 
-OF_SHARDS = ("--homography", "--scenes", "--split", "--split-file", "--camera", "--limit-frames")
-"""Options that choose among what shards hold."""
+OF_SHARDS = (
+    "--homography",
+    "--scenes",
+    "--split",
+    "--split-file",
+    "--camera",
+    "--limit-frames",
+    "--scheduler",
+)
+"""Options that go with shards, not with images and a calibration."""
 _HELP = """{first}
 
 From SOURCE, a folder of shards that `ogmkit extract` wrote: FOLDER gets <scene>.h5, with a group for each
@@ -115,7 +130,11 @@ _OPTIONS = (
     cameras_option(),
     limit_option,
     batch_size_option,
-    workers_option,
+    workers_option_of(
+        "Number of processes that read for the one network; 0 or 1 reads in this process. With --scheduler "
+        "local, number of processes that predict a scene at a time, each by a network of its own."
+    ),
+    scheduler_option,
 )
 _FOOTPRINT_OPTIONS = (
     click.option(
@@ -152,6 +171,7 @@ def _run(
     calibration: Path | None,
     batch_size: int,
     workers: int,
+    scheduler: str,
     homography: str | None = None,
     homography_checkpoint: Path | None = None,
     **chosen: Any,  # noqa: ANN401  # the fields of `Choice`
@@ -170,7 +190,14 @@ def _run(
 
         job = PredictionJob(system, checkpoint, folder, form, batch_size, workers)
         if calibration is None:
-            summary = predict_shards(job, source, homography=homography, choice=choice, on_progress=advance)
+            summary = predict_shards(
+                job,
+                source,
+                homography=homography,
+                choice=choice,
+                scheduler=scheduler,
+                on_progress=advance,
+            )
         else:
             summary = predict_images(
                 job, source, calibration, homography_checkpoint=homography_checkpoint, on_progress=advance

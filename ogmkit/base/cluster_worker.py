@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from ogmkit import __version__
-from ogmkit.base.units import Answer, run_unit
+from ogmkit.base.units import Answer, limit_threads, run_unit
 from ogmkit.errors import OgmkitError
 
 _EXACT = ("numpy", "opencv-python-headless", "shapely", "h5py")
@@ -58,6 +58,7 @@ def work(terms: Terms, packed: bytes) -> Answer[Any]:
         _require_same_releases(terms.releases)
         _require_shared(terms.shared)
         with _begun(terms.run):
+            limit_threads()  # before unpickling imports torch
             function, item = pickle.loads(packed)
             return run_unit(function, item, terms.level)
     except OgmkitError as error:

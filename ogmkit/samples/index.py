@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -77,6 +78,20 @@ class FrameIndex:
     def place(self, i: int) -> tuple[str, str, int]:
         """Scene, camera and frame of a sample."""
         return self.scenes[self.shard[i]], self.cameras[self.camera[i]], int(self.frame[i])
+
+    def by_scene(self) -> Iterator["FrameIndex"]:
+        """The samples of each scene that has any, in the same order, by themselves."""
+        starts = np.flatnonzero(np.diff(self.shard, prepend=-1)).tolist()
+        for start, stop in pairwise((*starts, len(self))):
+            number = self.shard[start]
+            yield replace(
+                self,
+                paths=(self.paths[number],),
+                scenes=(self.scenes[number],),
+                shard=np.zeros(stop - start, np.int64),
+                camera=self.camera[start:stop],
+                rows=self.rows[start:stop],
+            )
 
     def by_camera(self) -> Iterator[tuple[Shard, str, IntArray]]:
         """Each shard, open, with each of its cameras and the places in the index of that one's samples.

@@ -2,7 +2,7 @@
 
 import ctypes
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import cv2
@@ -103,6 +103,31 @@ class EpochBatches(Sampler[list[Key]]):
         return self._batches // self.world if self._drop_last else -(-self._batches // self.world)
 
 
+class SceneBatches(Sampler[list[Key]]):
+    """Batches of all samples in order, none of which goes beyond its scene.
+
+    What is computed of a scene is then the same to the last digit whichever other scenes there are.
+
+    Args:
+        counts: samples of each scene.
+        batch_size: samples of a batch; a scene's last one may have fewer.
+
+    Raises:
+        SettingsError: the batch size is not positive; as the batches are read.
+    """
+
+    def __init__(self, counts: Sequence[int], batch_size: int) -> None:
+        self._counts = counts
+        self._batch_size = batch_size
+
+    def __iter__(self) -> Iterator[list[Key]]:
+        start = 0
+        for count in self._counts:
+            for keys in EpochBatches(count, self._batch_size, seed=0, shuffle=False):
+                yield [(start + place, seed) for place, seed in keys]
+            start += count
+
+
 class BatchLoader(DataLoader[dict[str, Tensor]]):
     """A DataLoader whose workers' errors read as they were raised: one line, without a traceback."""
 
@@ -124,7 +149,7 @@ class BatchLoader(DataLoader[dict[str, Tensor]]):
         raise kind(message)
 
 
-def loader(dataset: Dataset[dict[str, Tensor]], batches: EpochBatches, *, workers: int) -> BatchLoader:
+def loader(dataset: Dataset[dict[str, Tensor]], batches: Sampler[list[Key]], *, workers: int) -> BatchLoader:
     """A loader of batches.
 
     Args:

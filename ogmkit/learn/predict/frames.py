@@ -10,7 +10,7 @@ from torch import Tensor
 from ogmkit.errors import OgmkitError
 from ogmkit.geometry.camera import image_from_resized
 from ogmkit.learn.data.frames import FrameDataset
-from ogmkit.learn.data.loader import EpochBatches, loader
+from ogmkit.learn.data.loader import EpochBatches, SceneBatches, loader
 from ogmkit.learn.data.tensors import as_float
 from ogmkit.learn.predict.run import Run, require_cameras, require_same_grid
 from ogmkit.learn.systems.base import Batch, Prediction, System
@@ -45,7 +45,13 @@ class FramePrediction:
 
 
 def predict_frames(
-    run: Run, index: FrameIndex, spec: SampleSpec, *, batch_size: int = 8, workers: int = 0
+    run: Run,
+    index: FrameIndex,
+    spec: SampleSpec,
+    *,
+    batch_size: int = 8,
+    workers: int = 0,
+    by_scene: bool = False,
 ) -> Iterator[FramePrediction]:
     """Predict every frame of an index, in order; a frame without a homography has an empty `bev`.
 
@@ -55,6 +61,8 @@ def predict_frames(
         spec: what the run predicts from, as its `model.prediction_spec` says.
         batch_size: frames at a time.
         workers: processes that read.
+        by_scene: let no batch go beyond its scene, so that a scene's predictions are those of an index of
+            that scene alone.
 
     Raises:
         SettingsError: the grids differ, or the run doesn't know a camera.
@@ -63,7 +71,11 @@ def predict_frames(
     """
     require_fitting(run, index, spec)
     dataset = FrameDataset(index, spec, compact=True)
-    batches = EpochBatches(len(dataset), batch_size, seed=0, shuffle=False)
+    batches = (
+        SceneBatches([len(scene) for scene in index.by_scene()], batch_size)
+        if by_scene
+        else EpochBatches(len(dataset), batch_size, seed=0, shuffle=False)
+    )
     for batch in loader(dataset, batches, workers=workers):
         yield from _frames(run, dataset, batch)
 

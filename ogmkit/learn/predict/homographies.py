@@ -3,7 +3,6 @@
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +17,9 @@ from ogmkit.homography.result import Homography, finished
 from ogmkit.homography.settings import FitSettings
 from ogmkit.homography.sources import NETWORK, is_network
 from ogmkit.learn.choices import common_cameras
-from ogmkit.learn.devices import device_name
+from ogmkit.learn.devices import place_name
 from ogmkit.learn.predict.frames import predict_frames
-from ogmkit.learn.predict.run import Run, open_run, require_grid, require_system
+from ogmkit.learn.predict.run import opened_once, require_grid, require_system
 from ogmkit.learn.runs import checkpoint_file
 from ogmkit.pipeline.amend import amend
 from ogmkit.pipeline.amendment import Groups
@@ -83,7 +82,7 @@ class NetworkHomography:
         (name,) = names
         found: list[Homography] = []
         left_out: list[LeftOutErrors] = []
-        run = _opened(self.checkpoint, self.sha256)
+        run = opened_once(self.checkpoint, self.sha256)
         spec = run.model.prediction_spec(None)
         index = index_frames(shard.path.parent, (shard.scene,), (camera,), needs=spec, valid_only=False)
         frames = predict_frames(run, index, spec, batch_size=self.batch_size)
@@ -155,7 +154,7 @@ def predict_homographies(
         raise SettingsError(f"name {name!r}: a network's homographies are called {NETWORK} or {NETWORK}-…")
     file = checkpoint_file(checkpoint)
     sha256 = file_sha256(file)
-    run = _opened(file, sha256)
+    run = opened_once(file, sha256)
     require_system(run, SYSTEM)
     require_grid(run, out)
     manifest = read_manifest(out)
@@ -163,23 +162,9 @@ def predict_homographies(
     require_extracted(out, manifest, run.model.prediction_spec(None))
     settings = run.card.settings.to_dict()
     job = NetworkHomography(name, file, sha256, {key: settings[key] for key in _TOLD}, batch_size)
-    where = f"{run.path} {_place(execution)}"
+    where = f"{run.path} {place_name(execution)}"
     shards = amend(out, job, cameras=chosen, execution=execution, where=where)
     results = joined([shard.report for shard in shards])
     kept = sum(not shard.changed for shard in shards)
     summary = MethodSummary(name, results)
     return HomographySummary((summary,), len(shards), kept, time.monotonic() - started)
-
-
-def _place(execution: Execution) -> str:
-    """Where the network works, in words; of other machines, their devices aren't known here."""
-    if execution.beside:
-        return f"on {device_name()}, {execution.place}"
-    return execution.place if execution.scheduler else f"on {device_name()}"
-
-
-@lru_cache(maxsize=1)
-def _opened(checkpoint: Path, sha256: str) -> Run:
-    """The run, loaded once a process; the checksum tells files of the same name apart."""
-    del sha256
-    return open_run(checkpoint)

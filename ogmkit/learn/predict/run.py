@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -138,10 +138,9 @@ class Run:
 
         try:
             tell(Waiting(f"{self.path} on {device_name()}"))
-            loading: dict[str, int] = {"batch_size": batch_size, "workers": workers}
+            specs = map(self.model.prediction_spec, self._sources(homography))
             passes = [
-                predict_frames(self, index, self.model.prediction_spec(source), **loading)
-                for source in self._sources(homography)
+                predict_frames(self, index, spec, batch_size=batch_size, workers=workers) for spec in specs
             ]
             for drivable, *vehicles in zip(*passes, strict=True):
                 yield of_both(drivable, vehicles[0]) if vehicles else drivable
@@ -183,6 +182,21 @@ def open_run(path: Path) -> Run:
     file = checkpoint_file(path)
     card, content = read_checkpoint(file, mapped=True)
     return Run(path, file, card, content["state_dict"])
+
+
+@lru_cache(maxsize=1)
+def opened_once(checkpoint: Path, sha256: str) -> Run:
+    """The run of a checkpoint, loaded once a process however many scenes it predicts.
+
+    Args:
+        checkpoint: the file.
+        sha256: its checksum, which tells files of the same name apart.
+
+    Raises:
+        CheckpointError: as `open_run`.
+    """
+    del sha256
+    return open_run(checkpoint)
 
 
 def require_system(run: Run, *systems: str) -> None:

@@ -1,37 +1,25 @@
 """Probabilities of every frame of a folder of shards, written to files."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import closing
 from dataclasses import dataclass
-from itertools import groupby
+from itertools import islice
 from pathlib import Path
 
-import numpy as np
-
 from ogmkit.base.atomic import require_outside
+from ogmkit.base.execution import Execution, run_over
 from ogmkit.base.news import Found, tell
 from ogmkit.learn.choices import common_cameras, preferred
-from ogmkit.learn.devices import device_name
+from ogmkit.learn.devices import place_name
 from ogmkit.learn.predict.choice import Choice
-from ogmkit.learn.predict.files import (
-    Format,
-    Group,
-    Row,
-    Value,
-    attributes,
-    open_folder,
-    reported,
-    write_h5,
-    write_pngs,
-)
-from ogmkit.learn.predict.frames import predict_frames
-from ogmkit.learn.predict.run import Run, open_run, require_grid, require_system
-from ogmkit.samples.index import FrameIndex, index_frames
-from ogmkit.samples.spec import SampleSpec
+from ogmkit.learn.predict.files import Format, attributes, open_folder, reported
+from ogmkit.learn.predict.frames import FramePrediction, predict_frames
+from ogmkit.learn.predict.run import open_run, require_grid, require_system
+from ogmkit.learn.predict.scenes import Predictor, Scene, write_scene
+from ogmkit.samples.index import index_frames
 from ogmkit.shards import schema
 from ogmkit.shards.manifest import read_manifest
-from ogmkit.shards.reader import Shard
-from ogmkit.typing import BoolArray
 
 FOOTPRINTS, LIDAR = "footprints", "bev-lidar"
 """Systems that need something of their own."""
@@ -47,7 +35,7 @@ class PredictionJob:
         out: folder for the files, made where it isn't there; files of the same names are replaced.
         form: of the files.
         batch_size: frames at a time.
-        workers: processes that read; 0 reads in the calling one.
+        workers: processes that read for the one network; 0 reads in the calling one.
     """
 
     system: str
@@ -83,6 +71,7 @@ def predict_shards(
     *,
     homography: str | None = None,
     choice: Choice | None = None,
+    scheduler: str = "",
     on_progress: Callable[[int, int], None] | None = None,
 ) -> PredictionSummary:
     """Predict frames of shards, and write a file a scene or a picture a mask.
@@ -92,72 +81,63 @@ def predict_shards(
         shards: a folder that an extraction finished.
         homography: source that `footprints` are warped by; None is the network's if there, else `surface`.
         choice: which frames; all by default.
+        scheduler: as `Execution` has it: its workers predict a scene at a time, each by a network of its own;
+            `local` starts `job.workers` of them. Empty predicts in this process.
         on_progress: called with (frames done, frames in all).
 
     Raises:
         CheckpointError: there is no checkpoint, or it is damaged or of another system.
-        SettingsError: the grids differ, or a scene, split or camera is unknown.
+        SettingsError: the grids differ, a scene, split or camera is unknown, or the scheduler can't be one.
         ShardError: the folder is not a finished extraction, or lacks what the run predicts from.
         DataFileError: an image is absent or damaged.
         OutputError: the files can't be written, or would lie among the shards.
+        MissingPackageError, OgmkitError: of a scheduler, as `Execution` and `run_over`.
     """
     started = time.monotonic()
+    execution = Execution(job.workers if scheduler else 0, scheduler, on_progress=on_progress)
     choice = choice or Choice()
     require_outside(job.out, shards)
     run = open_run(job.checkpoint)
     require_system(run, job.system)
     require_grid(run, shards)
     manifest = read_manifest(shards)
-    scenes = choice.scenes_of(shards, manifest)
+    names = choice.scenes_of(shards, manifest)
     cameras = common_cameras(run.path, run.cameras, shards, manifest, choice.cameras)
     source = None
     if job.system == FOOTPRINTS:
         source = homography or preferred(shards, manifest, cameras[0], schema.HOMOGRAPHY.name)
     spec = run.model.prediction_spec(source)
-    index = index_frames(shards, scenes, cameras, needs=spec, valid_only=False, limit=choice.limit)
-    tell(Found(f"{index.counted('frame')}; {run.path} on {device_name()}"))
-    rows = reported(_rows(run, index, spec, job), len(index), on_progress)
+    index = index_frames(shards, names, cameras, needs=spec, valid_only=False, limit=choice.limit)
+    execution.require_reachable()
+    tell(Found(f"{index.counted('frame')}; {run.path} {place_name(execution)}"))
     open_folder(job.out)
-    if job.form == "png":
-        files = sum(len(write_pngs(job.out, row)) for row in rows)
+    about = attributes(run, source)
+    scenes = (Scene(part, spec, job.out, job.form, about) for part in index.by_scene())
+    if scheduler:
+        run.release()  # each worker has its own
+        predictor = Predictor(run.checkpoint, str(about["checkpoint_sha256"]), job.batch_size)
+        shared = (run.checkpoint, shards, job.out, *filter(None, [index.image_root]))
+        files = _by_workers(predictor, scenes, len(index), execution, shared)
     else:
-        files = _write_scenes(job.out, run, source, index, rows)
+        frames = predict_frames(
+            run, index, spec, batch_size=job.batch_size, workers=job.workers, by_scene=True
+        )
+        files = _here(reported(frames, len(index), on_progress), scenes)
     return PredictionSummary(job.system, source, len(index), files, time.monotonic() - started)
 
 
-def _rows(run: Run, index: FrameIndex, spec: SampleSpec, job: PredictionJob) -> Iterator[Row]:
-    """The rows of all frames of the index, in its order."""
-    frames = predict_frames(run, index, spec, batch_size=job.batch_size, workers=job.workers)
-    source = spec.homography
-    paths = dict(zip(index.scenes, index.paths, strict=True))
-    for (scene, camera), group in groupby(frames, key=lambda frame: (frame.scene, frame.camera)):
-        with Shard(paths[scene]) as shard:
-            tokens = {name: shard.strings(camera, name) for name in ("sample_token", "sample_data_token")}
-            valid: BoolArray | None = None
-            if source is not None:
-                valid = shard.dataset(camera, f"{schema.HOMOGRAPHY.name}/{source}/valid")[:]
-        for found in group:
-            values: dict[str, Value] = {name: column[found.frame] for name, column in tokens.items()}
-            values["frame"] = found.frame
-            for name, value in (("bev", found.bev), ("image", found.image)):
-                if value is not None:
-                    values[name] = value
-            if valid is not None:
-                values["homography_valid"] = bool(valid[found.frame])
-            yield Row(f"{scene}_{camera}_{found.frame:04d}", values)
+def _here(frames: Iterator[FramePrediction], scenes: Iterable[Scene]) -> int:
+    """Write all scenes from one stream, so that the processes that read stay busy from scene to scene."""
+    return sum(write_scene(scene, islice(frames, len(scene.index))).files for scene in scenes)
 
 
-def _write_scenes(out: Path, run: Run, source: str | None, index: FrameIndex, rows: Iterator[Row]) -> int:
-    """Write a file a scene that has frames; returns how many."""
-    files = 0
-    about = attributes(run, source)
-    for number, scene in enumerate(index.scenes):
-        inside = index.camera[index.shard == number]
-        counts = np.bincount(inside, minlength=len(index.cameras)).tolist()
-        groups = [
-            Group(camera, count, rows) for camera, count in zip(index.cameras, counts, strict=True) if count
-        ]
-        if groups:
-            write_h5(out / f"{scene}.h5", {**about, "scene": scene}, groups)
-            files += 1
+def _by_workers(
+    predictor: Predictor, scenes: Iterable[Scene], total: int, execution: Execution, shared: Sequence[Path]
+) -> int:
+    frames = files = 0
+    with closing(run_over(predictor, scenes, execution, shared=shared)) as results:
+        for written in results:
+            frames += written.frames
+            files += written.files
+            execution.report(frames, total)
     return files
