@@ -112,6 +112,15 @@ def test_options_that_have_no_effect_are_usage_errors(tmp_path, fitted, runs):
     assert "homography" not in {option.name for option in command.commands["ved"].params}
 
 
+def test_a_scheduler_goes_with_shards(tmp_path, fitted, runs):
+    pytest.importorskip("distributed", reason="distributed is not installed: pip install 'ogmkit[cluster]'")
+    (tmp_path / "calibration.json").write_text("{}")
+    options = ["--out", tmp_path / "folder", "--calibration", tmp_path / "calibration.json"]
+    result = run("ved", fitted, "--checkpoint", runs["ved"], *options, "--scheduler", "local")
+    assert result.exit_code == 2
+    assert "--scheduler goes with shards, not with --calibration" in result.stderr
+
+
 @pytest.mark.parametrize(
     ("system", "checkpoint", "more", "message"),
     [

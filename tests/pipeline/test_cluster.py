@@ -3,6 +3,7 @@
 import contextlib
 import json
 import os
+import pickle
 import random
 import shutil
 import signal
@@ -153,6 +154,16 @@ def test_a_worker_that_sees_no_folder_is_named(tmp_path, monkeypatch):
         cluster_worker.work(terms, b"").unpacked()
     (tmp_path / "absent").touch()
     assert cluster_worker.work(terms, cluster._packed((abs, -7))).unpacked() == 7
+
+
+def test_threads_are_limited_before_torch_may_be_imported(monkeypatch):
+    terms = cluster.Terms("run", cluster.releases(), (), 0)
+    packed = cluster._packed((abs, -7))
+    order, loads = [], pickle.loads
+    monkeypatch.setattr(cluster_worker, "limit_threads", lambda: order.append("limited"))
+    monkeypatch.setattr(pickle, "loads", lambda data: order.append("unpickled") or loads(data))
+    assert cluster_worker.work(terms, packed).unpacked() == 7
+    assert order == ["limited", "unpickled"]
 
 
 def test_another_release_is_refused(on_two, monkeypatch):
