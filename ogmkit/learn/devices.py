@@ -2,7 +2,6 @@
 
 import torch
 
-from ogmkit.base.execution import Execution
 from ogmkit.learn.settings import Arithmetic, Precision
 
 
@@ -15,13 +14,6 @@ def device_name() -> str:
     """The device in words, such as `cuda (NVIDIA H200)`."""
     device = best_device()
     return f"cuda ({torch.cuda.get_device_name(device)})" if device.type == "cuda" else device.type
-
-
-def place_name(execution: Execution) -> str:
-    """Where networks work, in words; of other machines, their devices aren't known here."""
-    if execution.beside:
-        return f"on {device_name()}, {execution.place}"
-    return execution.place if execution.scheduler else f"on {device_name()}"
 
 
 def arithmetic(precision: Precision) -> Arithmetic:

@@ -17,9 +17,9 @@ from ogmkit.homography.result import Homography, finished
 from ogmkit.homography.settings import FitSettings
 from ogmkit.homography.sources import NETWORK, is_network
 from ogmkit.learn.choices import common_cameras
-from ogmkit.learn.devices import place_name
 from ogmkit.learn.predict.frames import predict_frames
-from ogmkit.learn.predict.run import opened_once, require_grid, require_system
+from ogmkit.learn.predict.run import require_grid, require_system
+from ogmkit.learn.predict.workers import opened_once, place_name
 from ogmkit.learn.runs import checkpoint_file
 from ogmkit.pipeline.amend import amend
 from ogmkit.pipeline.amendment import Groups

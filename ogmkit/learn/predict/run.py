@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -182,21 +182,6 @@ def open_run(path: Path) -> Run:
     file = checkpoint_file(path)
     card, content = read_checkpoint(file, mapped=True)
     return Run(path, file, card, content["state_dict"])
-
-
-@lru_cache(maxsize=1)
-def opened_once(checkpoint: Path, sha256: str) -> Run:
-    """The run of a checkpoint, loaded once a process however many scenes it predicts.
-
-    Args:
-        checkpoint: the file.
-        sha256: its checksum, which tells files of the same name apart.
-
-    Raises:
-        CheckpointError: as `open_run`.
-    """
-    del sha256
-    return open_run(checkpoint)
 
 
 def require_system(run: Run, *systems: str) -> None:

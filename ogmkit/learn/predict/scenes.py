@@ -11,7 +11,7 @@ import numpy as np
 from ogmkit.base.names import with_number
 from ogmkit.learn.predict.files import Format, Group, Row, Value, write_h5, write_pngs
 from ogmkit.learn.predict.frames import FramePrediction, predict_frames
-from ogmkit.learn.predict.run import opened_once
+from ogmkit.learn.predict.workers import opened_once
 from ogmkit.samples.index import FrameIndex
 from ogmkit.samples.spec import SampleSpec
 from ogmkit.shards import schema

@@ -11,12 +11,12 @@ from ogmkit.base.atomic import require_outside
 from ogmkit.base.execution import Execution, run_over
 from ogmkit.base.news import Found, tell
 from ogmkit.learn.choices import common_cameras, preferred
-from ogmkit.learn.devices import place_name
 from ogmkit.learn.predict.choice import Choice
 from ogmkit.learn.predict.files import Format, attributes, open_folder, reported
 from ogmkit.learn.predict.frames import FramePrediction, predict_frames
 from ogmkit.learn.predict.run import open_run, require_grid, require_system
 from ogmkit.learn.predict.scenes import Predictor, Scene, write_scene
+from ogmkit.learn.predict.workers import place_name
 from ogmkit.samples.index import index_frames
 from ogmkit.shards import schema
 from ogmkit.shards.manifest import read_manifest
