@@ -45,6 +45,17 @@ def test_all_frames_of_scenes_and_cameras_in_order(sample_shards, sample_grid):
     assert index.grid == sample_grid
 
 
+def test_each_scene_by_itself_has_its_samples_in_the_same_order(sample_shards):
+    cameras = ["CAM_FRONT", "CAM_BACK"]
+    index = index_frames(sample_shards, SCENES, cameras, needs=IMAGE, limit=5)
+    parts = list(index.by_scene())
+    assert [part.scenes for part in parts] == [(scene,) for scene in SCENES]
+    assert [place for part in parts for place in places(part)] == places(index)
+    assert [part.paths for part in parts] == [(path,) for path in index.paths]
+    one = index_frames(sample_shards, SCENES, cameras, needs=IMAGE, limit=1)
+    assert [part.scenes for part in one.by_scene()] == [SCENES[:1]]
+
+
 def test_no_camera_stands_for_all(sample_shards):
     assert index_frames(sample_shards, SCENES[:1], [], needs=IMAGE).cameras == ("CAM_BACK", "CAM_FRONT")
 
