@@ -141,6 +141,6 @@ bench-real: $(VENV)/.installed-dev
 bench-scale: $(VENV)/.installed
 	$(VENV)/bin/python benchmarks/scale.py $(SCALE)
 
-# The weights that the demo's networks start from: MINUTES of a core.
+# The weights that the demo's networks start from: three quarters of an hour of a core.
 demo-start: $(VENV)/.installed
 	OMP_NUM_THREADS=1 $(VENV)/bin/python fixtures/make_demo_start.py
