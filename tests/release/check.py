@@ -24,6 +24,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PAGE = "docs/first-hour.md"
 LOCK, PINS = ROOT / "constraints.txt", ROOT / "constraints-oldest.txt"
 BEGAN = time.monotonic()
+PARTS = ("built", "torch", "oldest", "installed")
 OLDEST = (3, 11)
 NEWEST_TRIED = 15
 MADE = ("world", "shards/manifest.json", "pictures", "report.html")
@@ -43,10 +44,10 @@ TESTERS = ("pytest>=8.0", "pytest-xdist>=3.6", "hypothesis>=6.100", "scipy>=1.11
 def main() -> None:
     """Build, install, run; ends with 1 where something fails."""
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    options.add_argument("--only", choices=["built", "installed", "torch", "oldest"], action="append")
+    options.add_argument("--only", choices=PARTS, action="append")
     options.add_argument("--python", action="append", help="such as 3.12; default: all that are found")
     chosen = options.parse_args()
-    parts = chosen.only or ["built", "installed", "torch", "oldest"]
+    parts = chosen.only or list(PARTS)
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder)
         sdist, wheel = build(work)
@@ -55,21 +56,18 @@ def main() -> None:
         if not pythons:
             sys.exit(f"None of the Pythons asked for is here: {', '.join(found) or 'none is found'}")
         say(f"Pythons: {', '.join(run([path, '-VV'], work).strip() for path in pythons.values())}")
-        if "installed" in parts:
-            for version, python in pythons.items():
-                for archive in (wheel, sdist):
-                    folder = work / f"{version}-{archive.suffix[1:]}"
-                    own = first_hour(folder, python, archive, [])
-                    say(f"Python {version}, {archive.name}: the first hour without torch is sound")
-                say(f"Python {version}: unlike {LOCK.name}: {', '.join(unlike(own, LOCK)) or 'nothing'}")
         if "torch" in parts:
             with_torch(work, wheel)
         if "oldest" in parts:
             oldest(work, sdist, next(iter(pythons.values())))
-        absent = ", ".join(sorted(set(classified()) - set(pythons)))
-        say(
-            f"Parts done: {', '.join(parts)}; Pythons of the classifiers that were not tried: {absent or 'none'}"
-        )
+        if "installed" in parts:
+            for version, python in pythons.items():
+                for archive in (wheel, sdist):
+                    own = first_hour(work / f"{version}-{archive.suffix[1:]}", python, archive, [])
+                    say(f"Python {version}, {archive.name}: the first hour without torch is sound")
+                say(f"Python {version}: unlike {LOCK.name}: {', '.join(unlike(own, LOCK)) or 'nothing'}")
+        untried = ", ".join(sorted(set(classified()) - set(pythons))) or "none"
+        say(f"Parts done: {', '.join(parts)}; Pythons of the classifiers that were not tried: {untried}")
 
 
 def build(work: Path) -> tuple[Path, Path]:
@@ -137,7 +135,11 @@ def first_hour(folder: Path, python: str, archive: Path, further: Iterable[str],
     script = "\n".join([*blocks("sh", "\n## Train"), *further])
     if archive.suffix == ".whl":
         script = script.replace("pip install .\n", f"pip install {archive}\n")
-    variables |= {"PATH": f"{tools}:{os.environ['PATH']}", "PIP_QUIET": "1"}
+    variables |= {
+        "PATH": f"{tools}:{os.environ['PATH']}",
+        "PIP_QUIET": "1",
+        "OGMKIT_CACHE_DIR": str(folder / "cache"),
+    }
     run(["bash", "-euc", script], place, **variables)
     absent = [name for name in MADE if not (place / name).exists()]
     if absent:
@@ -168,7 +170,8 @@ def with_torch(work: Path, wheel: Path) -> None:
         return
     (block,) = set(blocks("sh", "\n## Go on")) - set(blocks("sh", "\n## Train"))
     # After the environment's own packages, so that the wheel is tested and what it brings.
-    lent = f"echo {Path(torch.origin).parents[1]} > env/lib/python3.*/site-packages/lent.pth\n"
+    packages = f"env/lib/python3.{sys.version_info.minor}/site-packages"
+    lent = f"echo {Path(torch.origin).parents[1]} > {packages}/lent.pth\n"
     trained = block.replace("pip install '.[train]'\n", lent)
     first_hour(work / "torch", os.path.realpath(sys.executable), wheel, [trained])
     say(f"Python {sys.version.split()[0]}, {wheel.name}: the first hour with trainings is sound")
