@@ -41,13 +41,21 @@ define new_environment
 @test -x $(1)/bin/python || $(PYTHON) -m venv $(1)
 endef
 
+# On all cores; pip does it on one. Uncompiled, torch and lightning cost each command seconds more wherever Python is
+# told not to write bytecode. Packages hold some files that are no Python: that they don't compile is no fault.
+define compile_packages
+@$(1)/bin/python -m compileall -qq -j 0 $(1)/lib || true
+endef
+
 $(VENV)/.installed: $(METADATA) constraints.txt
 	$(call new_environment,$(VENV))
 	$(VENV)/bin/python -m pip install $(PIP_FLAGS) -e '.[train]' -c constraints.txt
+	$(call compile_packages,$(VENV))
 	@touch $@
 
 $(VENV)/.installed-dev: $(VENV)/.installed
 	$(VENV)/bin/python -m pip install $(PIP_FLAGS) -e '.[dev,train,pretrained,parquet,onnx,docs,view,cluster,remote]' -c constraints.txt
+	$(call compile_packages,$(VENV))
 	@touch $@
 
 $(VENV)/.installed-mutants: $(VENV)/.installed-dev

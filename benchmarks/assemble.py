@@ -9,6 +9,7 @@ from pathlib import Path
 
 import learn_tables
 import plan_tables
+import real_tables
 import scale_tables
 from bench_command import RESULTS
 from bench_parts import Bench
@@ -33,6 +34,7 @@ def main(arguments=None):
     for command, tables in TABLES.items():
         bench = Bench(options.results, options.results / tables.NAME, tuple(tables.parts_of(toy=False)))
         page = between(page, tables.NAME, f"{state(bench, command)}\n\n{tables.text(bench)}")
+    page = between(page, real_tables.NAME, real_tables.text(options.results))
     options.page.write_text(page, encoding="utf-8")
 
 

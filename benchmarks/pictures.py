@@ -36,7 +36,7 @@ def main(arguments=None):
         *("evaluate", data / "shards", run / "run", "--split-file", data / "splits.json"),
         *("--split", "test", "--pictures", options.folder),
     )
-    keep(options.folder / "footprints.png", "evaluation.jpg")
+    keep(options.folder / "footprints.png", "evaluation.jpg", width=1150)
     shards, splits = world(options.folder / "world")
     (run,) = parts(options.plan, plan_tables, PLANS)
     ogmkit(

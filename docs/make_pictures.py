@@ -41,10 +41,10 @@ def ogmkit(*arguments: object) -> None:
     subprocess.run([OGMKIT, *map(str, arguments)], check=True)
 
 
-def keep(sheet: Path, name: str) -> None:
-    """Keep a sheet as a JPEG of the pages' width."""
+def keep(sheet: Path, name: str, width: int = WIDTH) -> None:
+    """Keep a sheet as a JPEG, of the pages' width unless it is told another."""
     with Image.open(sheet) as image:
-        size = WIDTH, round(image.height * WIDTH / image.width)
+        size = width, round(image.height * width / image.width)
         image.convert("RGB").resize(size, Image.Resampling.LANCZOS).save(DOCS / name, quality=QUALITY)
 
 

@@ -18,6 +18,7 @@ BENCHMARKS = Path(__file__).resolve().parents[1] / "benchmarks"
 MODULES = (
     "commands", "bench_parts", "bench_command", "bench_data", "bench_grids", "planning_gain", "bench_plans",
     "result_rows", "comparisons", "perception", "planning", "learn_tables", "plan_tables", "assemble",
+    "real_shards", "real_trainings", "real_parts", "real_tables",
 )  # fmt: skip
 
 
@@ -245,6 +246,19 @@ class TestPage:
             headings = [shown[i - 1] for i, line in enumerate(shown) if line.startswith("| ---")]
             assert len(rows) > len(headings) > 2
             assert all("not run yet" in line for line in rows if line not in headings)
+
+    def test_real_images_are_told_of_all_files(self, bench, tmp_path):
+        assert bench.real_tables.text(tmp_path) == "Not run yet."
+        place = {"target": "drivable", "view": "camera", "region": "full", "cells": "all"}
+        figure = {"metric": "foreground_iou", "system": "mean-mask", "start": None, "seed": None}
+        (tmp_path / "real").mkdir()
+        for train, test, value in (("a", "b", 0.25), ("b", "a", 0.5)):
+            records = [{**place, **figure, "train": train, "test": test, "value": value}]
+            (tmp_path / "real" / f"{test}.json").write_text(json.dumps(records))
+        found = bench.real_tables.text(tmp_path)
+        assert "learnt from a, reported on b" in found
+        assert "| mean-mask |  | 25.0 |" in found
+        assert "| mean-mask |  | 50.0 |" in found
 
     def test_a_page_without_markers_is_refused(self, bench):
         with pytest.raises(SystemExit, match="is missing"):

@@ -43,7 +43,7 @@ def open_mirror(url: str, *, whole: bool = False, cache_dir: Path | None = None)
         OutputError: the store can't be reached or read, or the cache not written.
     """
     if not _URL.fullmatch(url):
-        raise SettingsError(f"{url}: is no folder in a store; write s3://BUCKET/FOLDER")
+        raise SettingsError(f"{url}: not a folder in an object store; write s3://BUCKET/FOLDER")
     require_packages(EXTRA, PACKAGES)
     url = url.rstrip("/")
     named = os.environ.get(VARIABLE)

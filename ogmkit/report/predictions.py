@@ -113,11 +113,7 @@ def _compared(run: str, frame: Frame, found: tuple[UInt8Array, UInt8Array]) -> P
     """Scores and pictures of one prediction."""
     view, grid = read_view(frame.shard, frame.camera, frame.index), frame.shard.grid
     plan = small_plan(view, grid)
-    pictures = [
-        picture
-        for target in TARGETS
-        for picture in in_themes(lambda target=target: differences(view, plan, found)[target])  # type: ignore[misc]
-    ]
+    pictures = in_themes(lambda: [*differences(view, plan, found).values()])
     true = view.drivable, view.vehicles
     drivable, vehicles = (
         overlap(one, other, view.field_of_view) for one, other in zip(true, found, strict=True)

@@ -101,9 +101,8 @@ def _shown(sources: Sources, settings: ReportSettings, means: Means, keep: Keep)
     steps = _Steps(
         means.on_progress, count * (1 if settings.no_verify else 2) + len(means.runs) * settings.examples
     )
-    soundness = examined(
-        sources.shards, manifest, means.dataroot, settings, steps.stage(0 if settings.no_verify else count)
-    )
+    verifying = Execution(means.workers, on_progress=steps.stage(0 if settings.no_verify else count))
+    soundness = examined(sources.shards, manifest, means.dataroot, settings, verifying)
     predictions = _predictions(sources.shards, settings, means, steps)
     folder = ShardFolder(sources.shards, manifest, means.dataroot, soundness, predictions)
     return read_shards(folder, settings, Execution(means.workers, on_progress=steps.stage(count)), keep)

@@ -1,11 +1,11 @@
 """How sound shards and dataset are: what `verify` and `check` find, as far as both can be had."""
 
 from collections import Counter
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ogmkit.base.execution import Execution
+from ogmkit.base.execution import DEFAULT_EXECUTION, Execution
 from ogmkit.errors import OgmkitError, UnreadableShardError
 from ogmkit.nuscenes.check import Finding, check_dataset
 from ogmkit.nuscenes.uses import Use
@@ -15,8 +15,6 @@ from ogmkit.shards.invalid import InvalidCount, InvalidFrames
 from ogmkit.shards.left_out import LeftOutCount
 from ogmkit.shards.manifest import Manifest
 from ogmkit.shards.verify import Problem, verify_folder
-
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -41,7 +39,7 @@ def examined(
     manifest: Manifest,
     dataroot: Path | None,
     settings: ReportSettings,
-    on_progress: Progress | None = None,
+    execution: Execution = DEFAULT_EXECUTION,
 ) -> Soundness:
     """Verify the shards, and check the dataset where it is there.
 
@@ -50,19 +48,19 @@ def examined(
         manifest: its manifest.
         dataroot: the dataset; None for the place that the manifest names, if that is a folder.
         settings: which of both to leave out.
-        on_progress: called with (shards verified, shards in all).
+        execution: how both are done; its progress is of shards verified.
 
     Raises:
         ShardError: as of `ogmkit.shards.verify.verify_folder`.
         UnreadableShardError: the system refuses to read a shard, of which nothing can be said then.
     """
-    verified = None if settings.no_verify else _verified(shards, on_progress)
-    checked, not_checked = _checked(manifest, dataroot, settings)
+    verified = None if settings.no_verify else _verified(shards, execution)
+    checked, not_checked = _checked(manifest, dataroot, settings, replace(execution, on_progress=None))
     return Soundness(verified, checked, "--no-verify" if settings.no_verify else "", not_checked)
 
 
-def _verified(shards: Path, on_progress: Progress | None) -> tuple[Problem, ...]:
-    problems = verify_folder(shards, execution=Execution(on_progress=on_progress))
+def _verified(shards: Path, execution: Execution) -> tuple[Problem, ...]:
+    problems = verify_folder(shards, execution=execution)
     for one in problems:
         if MAY_BE_SOUND in one.message:
             raise UnreadableShardError(f"{shards / one.file}: {one.message}")
@@ -70,7 +68,7 @@ def _verified(shards: Path, on_progress: Progress | None) -> tuple[Problem, ...]
 
 
 def _checked(
-    manifest: Manifest, dataroot: Path | None, settings: ReportSettings
+    manifest: Manifest, dataroot: Path | None, settings: ReportSettings, execution: Execution
 ) -> tuple[tuple[Finding, ...] | None, str]:
     """Findings, or None and why there are none to be had."""
     if settings.no_check:
@@ -87,7 +85,7 @@ def _checked(
         targets.categories,
     )
     try:
-        return check_dataset(root, manifest.dataset_version, use=use), ""
+        return check_dataset(root, manifest.dataset_version, use=use, execution=execution), ""
     except OgmkitError as error:
         return None, str(error)
 

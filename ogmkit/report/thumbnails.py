@@ -1,7 +1,7 @@
 """Small pictures of a frame, as text: WebP in base64, each within a bound of bytes."""
 
 import base64
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import cv2
 
@@ -27,11 +27,11 @@ def frame_pictures(view: View, grid: GridSpec) -> list[str]:
     """The image with its boxes, then the plane in each theme of the palette."""
     plan = small_plan(view, grid)
 
-    def draw() -> UInt8Array:
+    def draw() -> list[UInt8Array]:
         colours = target_colours(view.drivable, view.vehicles, view.field_of_view)
         plane = draw_plane(colours, plan)
         draw_paths(plane, view.past, view.future, plan)
-        return plane.pixels
+        return [plane.pixels]
 
     return [encoded(draw_camera(view, _PHOTO_SIZE).pixels, PHOTO_BYTES), *in_themes(draw)]
 
@@ -41,13 +41,13 @@ def small_plan(view: View, grid: GridSpec) -> Plan:
     return plan_for(grid, [view.past], _PLANE_SIZE)
 
 
-def in_themes(draw: Callable[[], UInt8Array]) -> list[str]:
-    """A plane in each theme of the palette."""
-    found = []
+def in_themes(draw: Callable[[], Sequence[UInt8Array]]) -> list[str]:
+    """The first plane in each theme of the palette, then the next one."""
+    drawn = []
     for name in THEMES:
         with themed(name):
-            found.append(encoded(draw(), PLANE_BYTES))
-    return found
+            drawn.append([encoded(plane, PLANE_BYTES) for plane in draw()])
+    return [picture for plane in zip(*drawn, strict=True) for picture in plane]
 
 
 def encoded(pixels: UInt8Array, most: int) -> str:

@@ -67,7 +67,7 @@ def predicted_entities(
         for place in (camera.image, camera.plane, camera.level):
             yield place(*parts), rr.Clear(recursive=True)
         return
-    yield from _masks(camera.plane, parts, predicted.bev)
+    yield from _masks(camera.plane, parts, predicted.bev, 1.0)
     if predicted.image:
         yield camera.image(*parts), _resized(size, next(iter(predicted.image.values())).shape)
         yield from _masks(camera.image, parts, predicted.image)
@@ -151,12 +151,14 @@ def _on_plane(camera: Camera, frame: CameraFrame) -> Iterator[Entity]:
         yield camera.plane("instances"), rr.SegmentationImage(frame.instances, draw_order=30.0)
 
 
-def _masks(place: Callable[..., str], parts: tuple[str, ...], masks: Masks) -> Iterator[Entity]:
+def _masks(
+    place: Callable[..., str], parts: tuple[str, ...], masks: Masks, opacity: float = _OVERLAY
+) -> Iterator[Entity]:
     import rerun as rr  # noqa: PLC0415  # comes with the extra `view`
 
     for order, (target, mask) in enumerate(masks.items()):
         ids = mask * np.uint8(OF_TARGETS[target])
-        yield place(*parts, target), rr.SegmentationImage(ids, opacity=_OVERLAY, draw_order=10.0 + order)
+        yield place(*parts, target), rr.SegmentationImage(ids, opacity=opacity, draw_order=10.0 + order)
 
 
 def _plan(camera: Camera, parts: tuple[str, ...], plan: Plan) -> Iterator[Entity]:

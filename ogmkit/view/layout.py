@@ -1,4 +1,4 @@
-"""How the viewer begins: cameras on the left, the level frame and the plane on the right, speed below."""
+"""How the viewer begins: cameras over the level frame on the left, planes on the right, speed below."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -9,6 +9,9 @@ from ogmkit.homography.sources import SURFACE
 from ogmkit.view.places import Camera, entity
 
 FRONT = "CAM_FRONT"
+
+_EYE_M, _LOOK_M = (-16, 0, 11), (20, 0, 0)
+"""From where, and where to, the level frame is seen: from above the ego's back."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +45,8 @@ def blueprint(scenes: Sequence[SceneLayout]) -> Any:  # noqa: ANN401  # Rerun's
     tabs = [_scene(one) for one in scenes]
     root = tabs[0] if len(tabs) == 1 else rrb.Tabs(*tabs, active_tab=0)
     time = rrb.TimePanel(timeline="time", state="expanded")
-    return rrb.Blueprint(root, time, auto_views=False, collapse_panels=False)
+    selection = rrb.SelectionPanel(state="collapsed")
+    return rrb.Blueprint(root, time, selection, auto_views=False, collapse_panels=False)
 
 
 def _scene(layout: SceneLayout) -> Any:  # noqa: ANN401  # Rerun's
@@ -50,14 +54,15 @@ def _scene(layout: SceneLayout) -> Any:  # noqa: ANN401  # Rerun's
 
     columns = 1 if len(layout.cameras) == 1 else 2
     images = [_image(layout, camera) for camera in layout.cameras]
-    planes = [_plane(layout.main, "truth", ())]
-    planes += [_plane(layout.main, name, (name,)) for name in layout.predictions]
+    predicted = [_plane(layout.main, name, (name,)) for name in layout.predictions]
+    beside = [rrb.Tabs(*predicted, active_tab=0)] if predicted else []
+    left = rrb.Vertical(rrb.Grid(*images, grid_columns=columns), _level(layout), row_shares=[1, 1])
+    views = [left, _plane(layout.main, "truth", ()), *beside]
     speed = rrb.TimeSeriesView(origin=entity(layout.scene, "speed"), contents="$origin/**", name="speed")
-    right = rrb.Tabs(_level(layout), *planes, active_tab=0)
     return rrb.Vertical(
-        rrb.Horizontal(rrb.Grid(*images, grid_columns=columns), right, column_shares=[3, 2]),
+        rrb.Horizontal(*views, column_shares=[2, *[1] * (len(views) - 1)]),
         speed,
-        row_shares=[4, 1],
+        row_shares=[5, 1],
         name=layout.scene,
     )
 
@@ -85,7 +90,9 @@ def _level(layout: SceneLayout) -> Any:  # noqa: ANN401  # Rerun's
     contents = [f"+ {main.level()}/**", f"- {main.image()}/**"]
     for camera in layout.cameras:
         contents += [f"+ {camera.image()}", f"+ {camera.image('image')}"]
-    return rrb.Spatial3DView(origin=main.level(), contents=contents, name=f"{main.channel}, level frame")
+    eye = rrb.EyeControls3D(position=_EYE_M, look_target=_LOOK_M, eye_up=(0, 0, 1))
+    name = f"{main.channel}, level frame"
+    return rrb.Spatial3DView(origin=main.level(), contents=contents, name=name, eye_controls=eye)
 
 
 def _plane(camera: Camera, name: str, predictions: tuple[str, ...]) -> Any:  # noqa: ANN401  # Rerun's

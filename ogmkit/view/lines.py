@@ -7,7 +7,7 @@ import numpy as np
 
 from ogmkit.geometry.boxes import EDGES, box_corners
 from ogmkit.geometry.camera import project
-from ogmkit.geometry.polygons import clip_near_plane
+from ogmkit.geometry.polygons import clip_near_plane, clip_rectangle
 from ogmkit.grid import GridSpec
 from ogmkit.typing import FloatArray
 from ogmkit.view.classes import box_class
@@ -21,8 +21,9 @@ _LINES_M, _APART_M = 10.0, 1.0
 
 
 def projected_boxes(frame: CameraFrame) -> tuple[list[FloatArray], list[int]]:
-    """Edges of the boxes before the camera, in pixels, and the class of each."""
+    """Edges of the boxes as far as the image shows them, in pixels, and the class of each."""
     strips, numbers = [], []
+    height, width = frame.image_size
     corners = box_corners(frame.camera_from_box, frame.boxes.size_wlh)
     for box, category in zip(corners, frame.boxes.category, strict=True):
         if box[:, 2].max() <= _NEAR_M:
@@ -30,16 +31,11 @@ def projected_boxes(frame: CameraFrame) -> tuple[list[FloatArray], list[int]]:
         for edge in EDGES:
             visible = clip_near_plane(box[list(edge)], _NEAR_M)
             pixels = project(frame.intrinsics, visible)[0] + CORNER
-            if len(visible) > 1 and _meets(pixels, frame.image_size):
-                strips.append(pixels)
+            shown = clip_rectangle(pixels, (0, 0), (width, height))
+            if len(shown) > 1:
+                strips.append(shown)
                 numbers.append(box_class(category))
     return strips, numbers
-
-
-def _meets(pixels: FloatArray, size: tuple[int, int]) -> bool:
-    """Whether the rectangle round (K, 2) pixels overlaps an image of that (height, width)."""
-    low, high = pixels.min(axis=0), pixels.max(axis=0)
-    return bool((high >= 0).all() and (low <= size[::-1]).all())
 
 
 def ground_lines(grid: GridSpec, bev_from_image: FloatArray, size: tuple[int, int]) -> list[FloatArray]:
