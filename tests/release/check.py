@@ -29,14 +29,8 @@ OLDEST = (3, 11)
 NEWEST_TRIED = 15
 MADE = ("world", "shards/manifest.json", "pictures", "report.html")
 EXACT = [
-    *(
-        "tests/geometry",
-        "tests/test_grid.py",
-        "tests/test_frames.py",
-        "tests/test_targets.py",
-        "tests/raster",
-    ),
-    *("tests/shards", "tests/homography", "tests/footprints", "tests/nuscenes", "tests/cli/test_main.py"),
+    *(f"tests/{name}" for name in ("geometry", "raster", "shards", "homography", "footprints", "nuscenes")),
+    *(f"tests/{name}.py" for name in ("test_grid", "test_frames", "test_targets", "cli/test_main")),
 ]
 TESTERS = ("pytest>=8.0", "pytest-xdist>=3.6", "hypothesis>=6.100", "scipy>=1.11", "packaging>=23.0")
 
@@ -55,7 +49,7 @@ def main() -> None:
         pythons = {version: path for version, path in found.items() if version in (chosen.python or found)}
         if not pythons:
             sys.exit(f"None of the Pythons asked for is here: {', '.join(found) or 'none is found'}")
-        say(f"Pythons: {', '.join(run([path, '-VV'], work).strip() for path in pythons.values())}")
+        say(f"Pythons: {', '.join(run([path, '--version'], work).split()[-1] for path in pythons.values())}")
         if "torch" in parts:
             with_torch(work, wheel)
         if "oldest" in parts:
