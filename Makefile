@@ -78,7 +78,7 @@ demo: $(VENV)/.installed
 	$(VENV)/bin/ogmkit inspect demo/shards
 	$(VENV)/bin/ogmkit preview demo/shards --out demo/pictures/preview --view targets --view footprints --view stretch
 	@echo
-	@echo "20 frames are too few to learn from; planners start from other synthetic scenes. demo/manifest.json says what made what."
+	@echo "20 frames are too few to learn from; networks start from other synthetic scenes. demo/manifest.json says what made what."
 	@echo "Open demo/report.html: it shows all of it."
 
 test: $(VENV)/.installed-dev
@@ -149,6 +149,6 @@ bench-real: $(VENV)/.installed-dev
 bench-scale: $(VENV)/.installed
 	$(VENV)/bin/python benchmarks/scale.py $(SCALE)
 
-# The weights that the demo's planners start from: half an hour of a core.
+# The weights that the demo's networks start from: three quarters of an hour of a core.
 demo-start: $(VENV)/.installed
 	OMP_NUM_THREADS=1 $(VENV)/bin/python fixtures/make_demo_start.py

@@ -16,6 +16,8 @@ from ogmkit.shards.verify import verify_folder
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 DRIVES = ("drive-1", "drive-2")
+PARTS = {"homography": "net.encoder.", "holistic": "planner."}
+"""What trainings of the demo take from their starts where that isn't all; holistic has footprints, too."""
 ROAD_M, EGO_M = (35.5, 44.5), 42.2
 """Radii of own_dataset.py's ring road, inner and outer edge, and of the ego on it."""
 
@@ -75,6 +77,32 @@ def test_its_pictures_are_drawn(own):
 needs_torch = pytest.mark.skipif(
     importlib.util.find_spec("torch") is None, reason="torch is not installed: pip install 'ogmkit[train]'"
 )
+
+
+@needs_torch
+def test_the_demo_s_starts_are_small_and_hold_what_its_networks_need():
+    yaml = pytest.importorskip("yaml", reason="yaml is not installed: pip install 'ogmkit[train]'")
+    from ogmkit.learn.checkpoints import read_checkpoint
+    from ogmkit.learn.systems.registry import build_system
+    from ogmkit.workflow.reading import config_of
+
+    path = EXAMPLES / "demo.yaml"
+    trainings = config_of(yaml.safe_load(path.read_text(encoding="utf-8")), path).trainings
+    files = set()
+    for one in trainings:
+        files.add(Path(one.settings.init))
+        card, content = read_checkpoint(Path(one.settings.init))
+        own = {
+            name: value.shape
+            for name, value in build_system(one.settings, card.grid, card.cameras).state_dict().items()
+        }
+        there = {name: value.shape for name, value in content["state_dict"].items()}
+        part = PARTS.get(one.name, "")
+        assert {name: shape for name, shape in own.items() if name.startswith(part)} == {
+            name: shape for name, shape in there.items() if name.startswith(part)
+        }
+    assert files == set((path.parents[1] / "fixtures" / "demo-start").iterdir())
+    assert sum(file.stat().st_size for file in files) < 3_000_000
 
 
 @needs_torch

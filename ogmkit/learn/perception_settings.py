@@ -2,13 +2,18 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 from ogmkit.base.stated import setting, with_default
 from ogmkit.learn.settings import TrainSettings
 
 Head = Literal["entries", "four-point"]
 Balance = Literal["none", "weighted", "focal"]
+
+_DECODER_WIDTH = 256
+"""Of Chen et al. 2018."""
+PERCEPTION_SHAPE = ("encoder", "decoder_width")
+"""Settings that footprints and a planner which begins with them have in common, for weights to fit."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,6 +91,16 @@ class MaskTraining(ImageTraining, BalancedTraining):
         form="SET",
         unset="network if there, else surface",
     )
+    decoder_width: int = setting(
+        _DECODER_WIDTH, "Channels of each mask's decoder.", "Model", low=8, high=4096
+    )
+
+    def to_dict(self) -> dict[str, Any]:
+        """As of all trainings; without `decoder_width` where it isn't set, as before it could be."""
+        values = super().to_dict()
+        if self.decoder_width == _DECODER_WIDTH:
+            del values["decoder_width"]
+        return values
 
     @property
     def masks_learnt(self) -> str | None:

@@ -13,7 +13,7 @@ from ogmkit.base.values import mapping, require_known
 from ogmkit.errors import SettingsError
 from ogmkit.homography.sources import SURFACE, preferred_source
 from ogmkit.learn.catalogue import SystemEntry, all_settings, entry_of, require_read, systems_of
-from ogmkit.learn.perception_settings import EncoderTraining
+from ogmkit.learn.perception_settings import PERCEPTION_SHAPE, MaskTraining
 from ogmkit.learn.planner_settings import HolisticTraining
 from ogmkit.learn.presets import preset_values
 from ogmkit.shards.additions import require_name
@@ -55,7 +55,7 @@ def read_trainings(config: Config, values: Mapping[str, Any], path: Path) -> Con
     config = _placed(config, path)
     for training in config.trainings:
         _require_made(config, training, f"{path}: {training.name}")
-        _require_same_encoder(config, training, f"{path}: {training.name}")
+        _require_same_shape(config, training, f"{path}: {training.name}")
     return replace(config, notes=_unread(config, common, everywhere))
 
 
@@ -212,16 +212,17 @@ def _require_made(config: Config, training: Training, where: str) -> None:
             raise SettingsError(f"{where}: masks: {error}; homography_fit: methods adds some") from error
 
 
-def _require_same_encoder(config: Config, training: Training, where: str) -> None:
+def _require_same_shape(config: Config, training: Training, where: str) -> None:
     """Refuse a perception whose weights won't fit, before days have gone into it."""
     settings = training.settings
     if not isinstance(settings, HolisticTraining):
         return
     for one in config.grids:
-        if one.name != settings.perception or not isinstance(one.settings, EncoderTraining):
+        if one.name != settings.perception or not isinstance(one.settings, MaskTraining):
             continue
-        if one.settings.encoder != settings.encoder:
-            raise SettingsError(
-                f"{where}: encoder: {settings.encoder} can't begin with {one.name}, which has "
-                f"{one.settings.encoder}"
-            )
+        for name in PERCEPTION_SHAPE:
+            found, wanted = getattr(one.settings, name), getattr(settings, name)
+            if found != wanted:
+                raise SettingsError(
+                    f"{where}: {name}: {wanted} can't begin with {one.name}, which has {found}"
+                )

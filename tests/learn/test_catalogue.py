@@ -52,7 +52,7 @@ def test_settings_are_read_by_the_systems_that_need_them():
     assert readers("blocks") == readers("channels") == ("oft",)
     assert readers("head") == ("homography",)
     assert readers("warp") == ("holistic",)
-    assert readers("masks") == ("footprints", "holistic", "holistic-cv")
+    assert readers("masks") == readers("decoder_width") == ("footprints", "holistic", "holistic-cv")
     assert readers("no_past") == ("end-to-end", "mid-to-end", "holistic", "holistic-cv")
     assert readers("no_destination") == ("lstm-ed", "end-to-end", "mid-to-end", "holistic", "holistic-cv")
     assert readers("pool_cells") == ("mid-to-end", "holistic", "holistic-cv")
@@ -88,6 +88,16 @@ def test_a_planner_without_past_or_destination_is_called_so():
     both = CATALOGUE["mid-to-end"].settings(no_past=True, no_destination=True)
     assert both.label == "mid-to-end-np-nd"
     assert CATALOGUE["holistic"].settings().label == "holistic"
+
+
+@pytest.mark.parametrize("system", readers("decoder_width"))
+def test_trainings_from_before_decoders_had_a_width_have_the_same_settings(system):
+    settings = CATALOGUE[system].settings()
+    assert "decoder_width" not in settings.to_dict()
+
+    narrow = CATALOGUE[system].settings(decoder_width=48)
+    assert narrow.to_dict() == settings.to_dict() | {"decoder_width": 48}
+    assert settings_from_dict(narrow.to_dict()) == narrow
 
 
 @pytest.mark.parametrize("system", [name for name, entry in CATALOGUE.items() if entry.plans])

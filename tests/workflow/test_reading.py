@@ -244,6 +244,10 @@ def test_the_examples_say_the_same_again_when_written_out(name):
             {"footprints": {"encoder": "resnet18"}, "planners": ["holistic"]},
             "encoder: resnet101 can't begin with footprints, which has resnet18",
         ),
+        (
+            {"footprints": {"decoder_width": 48}, "planners": ["holistic"]},
+            "decoder_width: 256 can't begin with footprints, which has 48",
+        ),
         ({"evaluate": {"threshold": 1}}, "evaluate: threshold: 1.0 is not below 1"),
         ({"evaluate": {"scale": 0}}, "evaluate: scale: 0.0 is not above 0"),
         ({"evaluate": {"limit": 0}}, "evaluate: limit: 0 is below 1"),

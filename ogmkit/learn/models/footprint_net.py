@@ -1,5 +1,7 @@
 """DeepLab v3+ with one decoding head a target (paper, Footprint segmentation)."""
 
+import math
+
 import torch
 from segmentation_models_pytorch.decoders.deeplabv3.decoder import ASPPPooling, DeepLabV3PlusDecoder
 from torch import Tensor, nn
@@ -9,7 +11,6 @@ from ogmkit.learn.models.encoders import ImageEncoder, padded_size
 from ogmkit.samples.spec import TARGETS
 
 _OUTPUT_STRIDE = 16
-_WIDTH = 256
 _ATROUS_RATES = (6, 12, 18)
 """Of Chen et al. 2018 for output stride 16; the library's own are those for stride 8."""
 _DROPOUT = 0.1
@@ -26,6 +27,7 @@ class FootprintNet(nn.Module):
         weights: as `ImageEncoder`.
         in_channels: of the input.
         normalise: whether it is RGB, 0 … 1.
+        width: channels of each decoder; 256 is that of Chen et al. 2018.
 
     Raises:
         SettingsError: as `ImageEncoder`.
@@ -39,13 +41,14 @@ class FootprintNet(nn.Module):
         *,
         in_channels: int = 3,
         normalise: bool = True,
+        width: int = 256,
     ) -> None:
         super().__init__()
         self.encoder = ImageEncoder(
             encoder, weights, in_channels=in_channels, output_stride=_OUTPUT_STRIDE, normalise=normalise
         )
-        self.decoders = nn.ModuleList(_decoder(self.encoder.out_channels) for _ in TARGETS)
-        self.heads = nn.ModuleList(nn.Conv2d(_WIDTH, 1, kernel_size=1) for _ in TARGETS)
+        self.decoders = nn.ModuleList(_decoder(self.encoder.out_channels, width) for _ in TARGETS)
+        self.heads = nn.ModuleList(nn.Conv2d(width, 1, kernel_size=1) for _ in TARGETS)
 
     def forward(self, image: Tensor) -> Tensor:
         """(B, in_channels, h, w) → logits (B, 2, h, w) of drivable and vehicles."""
@@ -59,11 +62,11 @@ class FootprintNet(nn.Module):
         return full[..., :height, :width]
 
 
-def _decoder(encoder_channels: tuple[int, ...]) -> nn.Module:
+def _decoder(encoder_channels: tuple[int, ...], width: int) -> nn.Module:
     decoder: nn.Module = DeepLabV3PlusDecoder(
         encoder_channels=encoder_channels,
         encoder_depth=5,
-        out_channels=_WIDTH,
+        out_channels=width,
         atrous_rates=_ATROUS_RATES,
         output_stride=_OUTPUT_STRIDE,
         aspp_separable=True,
@@ -72,5 +75,5 @@ def _decoder(encoder_channels: tuple[int, ...]) -> nn.Module:
     for module in decoder.modules():
         if isinstance(module, ASPPPooling):
             # It normalises one value a channel: over a batch of one frame, batch statistics don't exist.
-            module[2] = nn.GroupNorm(_GROUPS, _WIDTH)
+            module[2] = nn.GroupNorm(math.gcd(_GROUPS, width), width)
     return decoder

@@ -23,7 +23,7 @@ class FootprintSystem(MaskSystem):
         super().__init__(settings, grid, cameras)
         if settings.masks is None:
             raise SettingsError("masks: name the set of footprints to learn")
-        self.net = FootprintNet(settings.encoder, settings.encoder_weights)
+        self.net = FootprintNet(settings.encoder, settings.encoder_weights, width=settings.decoder_width)
 
     @property
     def spec(self) -> SampleSpec:

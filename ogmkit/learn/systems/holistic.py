@@ -28,7 +28,9 @@ class _Seeing(PlannerSystem):
         if settings.masks is None:
             raise SettingsError("masks: name the set of footprints to learn")
         super().__init__(settings, grid, cameras)
-        self.perception = FootprintNet(settings.encoder, settings.encoder_weights)
+        self.perception = FootprintNet(
+            settings.encoder, settings.encoder_weights, width=settings.decoder_width
+        )
         self.cell_loss = CellLoss(settings.balance, len(TARGETS))
         if settings.checkpoint_gradients:
             recompute_blocks(self.perception.encoder)

@@ -11,7 +11,7 @@ from ogmkit.errors import CheckpointError, SettingsError
 from ogmkit.grid import GridSpec
 from ogmkit.learn.checkpoints import Card, read_checkpoint
 from ogmkit.learn.models.weights import require_finite
-from ogmkit.learn.perception_settings import FootprintsTraining
+from ogmkit.learn.perception_settings import PERCEPTION_SHAPE, FootprintsTraining
 from ogmkit.learn.planner_settings import HolisticTraining
 from ogmkit.learn.runs import checkpoint_file
 from ogmkit.learn.settings import TrainSettings
@@ -34,7 +34,7 @@ def require_perception(settings: TrainSettings, grid: GridSpec) -> TrainSettings
         The settings.
 
     Raises:
-        SettingsError: the run has another grid or encoder.
+        SettingsError: the run has another grid, encoder or width of decoders.
         CheckpointError: there is none, or it is damaged or of another system.
     """
     if not isinstance(settings, HolisticTraining) or settings.perception is None:
@@ -112,7 +112,8 @@ def _require_fit(path: str, card: Card, settings: HolisticTraining, grid: GridSp
             f"{path}: was trained on another grid than the shards have: {', '.join(different)}; train "
             "footprints on these shards"
         )
-    if there.encoder != settings.encoder:
-        raise SettingsError(
-            f"{path}: has encoder {there.encoder}, not {settings.encoder}; choose --encoder {there.encoder}"
-        )
+    for name in PERCEPTION_SHAPE:
+        found, wanted = getattr(there, name), getattr(settings, name)
+        if found != wanted:
+            option = name.replace("_", "-")
+            raise SettingsError(f"{path}: has {name} {found}, not {wanted}; choose --{option} {found}")

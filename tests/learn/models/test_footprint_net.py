@@ -14,6 +14,17 @@ def test_masks_of_images_of_odd_sizes(check_network, encoder, batch, size):
     assert result.shape == (batch, 2, *size)
 
 
+@pytest.mark.parametrize("width", [8, 48])
+def test_narrow_decoders_hold_less_and_see_as_much(check_network, width):
+    result = check_network(lambda: FootprintNet("resnet18", width=width), (torch.rand(2, 3, 64, 96),))
+    assert result.shape == (2, 2, 64, 96)
+    narrow, usual = (
+        sum(weight.numel() for weight in net.decoders.parameters())
+        for net in (FootprintNet("resnet18", width=width), FootprintNet("resnet18"))
+    )
+    assert narrow < usual / 4
+
+
 def test_lidar_images_are_taken_as_they_are():
     net, plain = FootprintNet("resnet18").eval(), FootprintNet("resnet18", normalise=False).eval()
     plain.load_state_dict(net.state_dict())

@@ -198,11 +198,12 @@ def test_a_frozen_perception_stays(plan_shards, tmp_path, make_run):
     ("more", "error", "message"),
     [
         ({"encoder": "resnet34"}, SettingsError, "--encoder tu-test_resnet"),
+        ({"decoder_width": 48}, SettingsError, "has decoder_width 256, not 48; choose --decoder-width 256"),
         ({"perception": "nowhere"}, CheckpointError, "nowhere"),
         ({"grid": GridSpec(0.5, 90, 60, 90.0, 34.0)}, SettingsError, "grid.rows is 90 here"),
         ({"stage_1": "oft"}, CheckpointError, "run of oft"),
     ],
-    ids=["encoder", "absent", "grid", "system"],
+    ids=["encoder", "decoders", "absent", "grid", "system"],
 )
 def test_a_perception_that_does_not_fit_is_named(tmp_path, plan_shards, make_run, more, error, message):
     grid = more.pop("grid", read_manifest(plan_shards).settings.targets.grid)

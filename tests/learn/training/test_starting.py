@@ -63,6 +63,21 @@ def test_a_run_starts_from_another_s_weights(learn_shards, first, tmp_path):
     assert told[0] == f"{len(there)} of {len(found)} tensors from {first} (footprints)"
 
 
+def test_weights_of_half_precision_are_taken_and_trained_in_full(learn_shards, first, tmp_path):
+    _, content = read_checkpoint(first / BEST)
+    content["state_dict"] = {
+        name: value.half() if value.is_floating_point() else value
+        for name, value in content["state_dict"].items()
+    }
+    half = tmp_path / "half.ckpt"
+    write_checkpoint(half, content)
+    settings = settings_of("footprints", init=str(half), lr=0.0, batch_norm="kept")
+    _, found = started(settings, learn_shards, tmp_path / "run")
+    for name, value in content["state_dict"].items():
+        assert found[name].dtype == (torch.float32 if value.is_floating_point() else value.dtype)
+        assert name == "thresholds" or torch.equal(found[name], value.to(found[name].dtype))
+
+
 def test_what_does_not_fit_starts_fresh_and_is_told(learn_shards, first, tmp_path):
     """From footprints to the homography network: the encoder is the same."""
     settings = settings_of("homography", init=str(first / "best.ckpt"), lr=0.0, batch_norm="kept")
