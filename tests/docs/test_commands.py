@@ -6,6 +6,7 @@ parses the commands' options, `make slow` runs them.
 
 import contextlib
 import json
+import os
 import re
 import subprocess
 import sys
@@ -243,6 +244,25 @@ def test_the_readme_trains(readme_folder, monkeypatch):
     run_block(block.replace("demo.yaml", "demo.yaml --plan"))
 
     assert list((readme_folder / "sheets").iterdir())
+
+
+def test_bash_completes_commands_after_the_lines_of_the_first_hour(tmp_path):
+    (block,) = (block for block in blocks("docs/first-hour.md", "sh") if "COMPLETE" in block)
+    asked = "COMP_WORDS=(ogmkit render-f); COMP_CWORD=1; _ogmkit_completion ogmkit; echo ${COMPREPLY[@]}"
+    environment = os.environ | {
+        "HOME": str(tmp_path),
+        "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}",
+    }
+
+    done = subprocess.run(
+        ["bash", "-euc", f"{block}\n. ~/.bashrc\n{asked}"],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+
+    assert done.stdout.split() == ["render-footprints"]
 
 
 def test_targets_of_make_exist():
