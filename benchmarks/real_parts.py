@@ -161,8 +161,8 @@ class Way:
         return (one | {"start": start, "seed": seed, **scenes} for one in records)
 
     def _kept(self, name, make):
-        """A part as its file has it, made where there is none of these sizes."""
-        way = key_of(self.data.resolve(), self.train, self.test, asdict(self.trainer.sizes))
+        """A part as its file has it, made where there is none of this recipe."""
+        way = key_of(self.data.resolve(), self.train, self.test, self.trainer.recipe)
         path = self.folder / "results" / way / f"{name}.json"
         if path.is_file():
             return Part(**json.loads(path.read_text()))

@@ -23,6 +23,8 @@ SYSTEMS = {
 }
 COMMON = ["--batch-size", 4, "--workers", 0, "--optimizer", "adamw", "--schedule", "cosine"]
 IMAGES = [*COMMON, "--encoder", ENCODER, "--flip", 0.5, "--colour", 0.2, "--pitch", 1, "--roll", 1]
+FINE_TUNED = ["--lr", 1e-4, "--batch-norm", "kept"]
+"""After a start that knows such masks: a tenth of the learning rate, and no statistics of one scene."""
 PLANNERS = {
     "lstm-ed": ["lstm-ed"],
     "mid-to-end": ["mid-to-end", "--pool-cells", 240],
@@ -51,11 +53,15 @@ class Trainer:
         folder: of the benchmark.
         sizes: `steps`, `image_size`, `world_scenes`, `world_steps`, `plan_scenes` and `plan_epochs`.
         weights: file of ImageNet's; None where there is none.
+
+    Attributes:
+        recipe: a short name of the sizes and of all options.
     """
 
     def __init__(self, folder, sizes, weights):
         self.folder = folder
-        self.runs = folder / "runs" / key_of(asdict(sizes))
+        self.recipe = key_of(asdict(sizes), SYSTEMS, IMAGES, FINE_TUNED, PLANNERS, PLAN)
+        self.runs = folder / "runs" / self.recipe
         self.sizes = sizes
         self.weights = weights
         self._finished = set()
@@ -88,7 +94,7 @@ class Trainer:
 
     def _start(self, system, start):
         if start in NEED_WORLD:
-            return ["--init", last(self.synthetic(system, start))]
+            return ["--init", last(self.synthetic(system, start)), *FINE_TUNED]
         return ["--encoder-weights", self.weights] if start in NEED_IMAGENET else []
 
     def _train(self, run, system, shards, splits, seed, steps, options):

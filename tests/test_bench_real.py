@@ -121,7 +121,7 @@ def test_scenes_that_make_no_sense_are_refused(bench, capsys, scenes, message):
 
 
 def test_a_part_is_made_once(bench, tmp_path):
-    trainer = SimpleNamespace(sizes=bench.real.Sizes(), runs=tmp_path)
+    trainer = bench.real_trainings.Trainer(tmp_path, bench.real.Sizes(), None)
     way = bench.real_parts.Way(tmp_path, tmp_path, trainer, ("a",), ("b",))
     made = []
     for _ in range(2):
@@ -131,6 +131,10 @@ def test_a_part_is_made_once(bench, tmp_path):
     other = bench.real_parts.Way(tmp_path, tmp_path, trainer, ("b",), ("a",))
     other.part("for-free", lambda: made.append(2) or bench.real_parts.Part([]))
     assert made == [1, 2]
+    longer = bench.real_trainings.Trainer(tmp_path, bench.real.Sizes(steps=161), None)
+    changed = bench.real_parts.Way(tmp_path, tmp_path, longer, ("a",), ("b",))
+    changed.part("for-free", lambda: made.append(3) or bench.real_parts.Part([]))
+    assert made == [1, 2, 3]
 
 
 def test_validation_is_on_training_frames_and_no_scene_is_in_two_splits(bench, tmp_path, tiny_dataroot):
