@@ -131,8 +131,8 @@ _OPTIONS = (
     limit_option,
     batch_size_option,
     workers_option_of(
-        "Number of processes that read for the one network; 0 or 1 reads in this process. With --scheduler "
-        "local, number of processes that predict a scene at a time, each by a network of its own."
+        "Number of worker processes, which read for the one network; 0 or 1 reads in this process. With "
+        "--scheduler local, they predict a scene at a time, each by a network of its own."
     ),
     scheduler_option,
 )
