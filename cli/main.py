@@ -12,6 +12,7 @@ from typing import Any
 import click
 
 from ogmkit import __version__
+from ogmkit.base.interrupts import interrupts_heeded
 from ogmkit.errors import OgmkitError
 
 from .command import PREFIX, bind_variables
@@ -113,7 +114,8 @@ class LazyGroup(SuggestingGroup):
     def invoke(self, ctx: click.Context) -> object:
         """Run a command; what it raises on purpose, or what the machine denies it, becomes one line."""
         try:
-            return super().invoke(ctx)
+            with interrupts_heeded():
+                return super().invoke(ctx)
         except BrokenPipeError:
             raise  # Click ends quietly
         except (OgmkitError, KeyboardInterrupt, MemoryError, OSError) as error:

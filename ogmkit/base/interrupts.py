@@ -1,8 +1,13 @@
 """Who sees Ctrl-C."""
 
+import _thread
 import signal
+import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+
+_AGAIN_S = 0.01
 
 
 @contextmanager
@@ -13,3 +18,28 @@ def interrupts_blocked() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, previous)
+
+
+@contextmanager
+def interrupts_heeded() -> Iterator[None]:
+    """Raise Ctrl-C again where Python drops it: it can't leave a finaliser or callback that it came into."""
+    previous = sys.unraisablehook
+    pending: list[threading.Timer] = []
+
+    def hook(unraisable: "sys.UnraisableHookArgs") -> None:
+        if issubclass(unraisable.exc_type, KeyboardInterrupt):
+            # Not at once: this very hook is what it can't leave.
+            again = threading.Timer(_AGAIN_S, _thread.interrupt_main)
+            again.daemon = True
+            pending.append(again)
+            again.start()
+        else:
+            previous(unraisable)
+
+    sys.unraisablehook = hook
+    try:
+        yield
+    finally:
+        sys.unraisablehook = previous
+        for again in pending:
+            again.cancel()
