@@ -32,6 +32,7 @@ class Stated:
         form: what the value looks like, for help, such as `HEIGHTxWIDTH`.
         flag: of the option, or several, such as `--camera --cameras`; empty for the field's name.
         unset: what None or an empty tuple means.
+        later: the setting is younger than its record; older files lack it.
     """
 
     help: str
@@ -43,6 +44,7 @@ class Stated:
     form: str = ""
     flag: str = ""
     unset: str = ""
+    later: bool = False
 
     def flags(self, name: str) -> tuple[str, ...]:
         """The setting's options, such as `--image-size`."""

@@ -2,16 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Literal, Self
+from typing import ClassVar, Literal, Self
 
 from ogmkit.base.stated import setting, with_default
 from ogmkit.learn.settings import TrainSettings
 
 Head = Literal["entries", "four-point"]
 Balance = Literal["none", "weighted", "focal"]
-
-_DECODER_WIDTH = 256
-"""Of Chen et al. 2018."""
 PERCEPTION_SHAPE = ("encoder", "decoder_width")
 """Settings that footprints and a planner which begins with them have in common, for weights to fit."""
 
@@ -92,15 +89,13 @@ class MaskTraining(ImageTraining, BalancedTraining):
         unset="network if there, else surface",
     )
     decoder_width: int = setting(
-        _DECODER_WIDTH, "Channels of each mask's decoder.", "Model", low=8, high=4096
+        256,  # of Chen et al. 2018
+        "Channels of each mask's decoder.",
+        "Model",
+        low=8,
+        high=4096,
+        later=True,
     )
-
-    def to_dict(self) -> dict[str, Any]:
-        """As of all trainings; without `decoder_width` where it isn't set, as before it could be."""
-        values = super().to_dict()
-        if self.decoder_width == _DECODER_WIDTH:
-            del values["decoder_width"]
-        return values
 
     @property
     def masks_learnt(self) -> str | None:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Literal, Self
+from typing import ClassVar, Literal, Self
 
 from ogmkit.base.stated import setting, with_default
 from ogmkit.errors import SettingsError
@@ -26,7 +26,7 @@ class PlannerTraining(TrainSettings):
         "Model",
     )
     no_destination: bool = setting(
-        False, "Do without the destination, and predict that point as well.", "Model"
+        False, "Do without the destination, and predict that point as well.", "Model", later=True
     )
 
     @property
@@ -38,13 +38,6 @@ class PlannerTraining(TrainSettings):
     def label(self) -> str:
         """The system's name; `-np` without the past, as in the paper, `-nd` without the destination."""
         return f"{self.system}{'-np' * (not self.sees_past)}{'-nd' * self.no_destination}"
-
-    def to_dict(self) -> dict[str, Any]:
-        """As of all trainings; without `no_destination` where it isn't set, as before it could be."""
-        values = super().to_dict()
-        if not self.no_destination:
-            del values["no_destination"]
-        return values
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal, Self
 
-from ogmkit.base.stated import require_stated, setting
+from ogmkit.base.stated import require_stated, setting, stated_fields
 from ogmkit.base.values import built
 from ogmkit.errors import SettingsError
 
@@ -175,8 +175,12 @@ class TrainSettings:
         return self
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain JSON values, `system` first."""
+        """Plain JSON values, `system` first; without later settings at their defaults, as older files are."""
         values: dict[str, Any] = json.loads(json.dumps(dataclasses.asdict(self)))
+        later = {name for name, stated in stated_fields(type(self)).items() if stated.later}
+        for one in dataclasses.fields(self):
+            if one.name in later and getattr(self, one.name) == one.default:
+                del values[one.name]
         return {"system": self.system, **values}
 
     @classmethod
