@@ -92,16 +92,17 @@ def view(
     names, grid = [entry.scene for entry in entries], manifest.settings.targets.grid
     sources = open_predictions(shown.predictions, names, grid)
     with themed(shown.theme):
-        layouts, total = [], 0
+        layouts, found = [], []
         for entry in entries:
             with listed_shard(out, entry) as shard:
                 layouts.append(_layout(shard, cameras, sources))
-                total += len(moments(shard, cameras))
+                found.append(moments(shard, cameras))
+        total = sum(map(len, found))
         with recording_to(save, out.resolve().name, blueprint(layouts)) as stream:
             done = 0
-            for entry, layout in zip(entries, layouts, strict=True):
+            for entry, layout, of_scene in zip(entries, layouts, found, strict=True):
                 with listed_shard(out, entry) as shard:
-                    for _ in _record(stream, shard, layout, sources, shown.dataroot):
+                    for _ in _record(stream, shard, layout, of_scene, sources, shown.dataroot):
                         done += 1
                         if on_progress is not None:
                             on_progress(done, total)
@@ -112,18 +113,19 @@ def _record(
     stream: Any,  # noqa: ANN401  # Rerun's
     shard: Shard,
     layout: SceneLayout,
+    found: Sequence[Moment],
     sources: Sequence[Source],
     dataroot: Path | None,
-) -> Iterator[Moment]:
-    """Log a scene; yields each key frame when it is written."""
+) -> Iterator[None]:
+    """Log a scene; yields once a key frame, when it is written."""
     with ExitStack() as stack:
         readers = [stack.enter_context(one.opened(layout.scene)) for one in sources]
         scene = _Scene(shard, layout.cameras, readers, dataroot)
         _log(stream, scene_entities(layout.scene, layout.cameras), static=True)
-        for moment in moments(shard, [one.channel for one in layout.cameras]):
+        for moment in found:
             scene.log(stream, moment)
             flush(stream)
-            yield moment
+            yield
 
 
 @dataclass(frozen=True, eq=False)
