@@ -6,7 +6,7 @@ import pickle
 import re
 import uuid
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import CancelledError, Future
+from concurrent.futures import CancelledError, Executor, Future
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing import resource_tracker
@@ -68,19 +68,20 @@ class Cluster:
 
     Attributes:
         client: connected to the scheduler.
+        executor: the client's.
         name: of the scheduler, in words.
         terms: what a worker must agree with.
     """
 
     client: "Client"
+    executor: Executor
     name: str
     terms: Terms
 
     def submit(self, function: Callable[[Item], Result], item: Item) -> Future[Answer[Result]]:
         """Hand over a unit; its paths travel absolute, since workers run in folders of their own."""
         self.require_alive()
-        executor = self.client.get_executor(pure=False)
-        future: Future[Answer[Result]] = executor.submit(work, self.terms, _packed((function, item)))
+        future: Future[Answer[Result]] = self.executor.submit(work, self.terms, _packed((function, item)))
         return future
 
     def limit(self) -> int:
@@ -127,7 +128,7 @@ def workers_of(scheduler: str, workers: int, shared: Sequence[Path]) -> Iterator
 
     terms = Terms(uuid.uuid4().hex, releases(), tuple(path.absolute() for path in shared), log_level())
     with _quiet(), _connected(scheduler, workers) as client:
-        crew = Cluster(client, scheduler, terms)
+        crew = Cluster(client, client.get_executor(pure=False), scheduler, terms)
         crew.wait_for_workers()
         try:
             yield crew
