@@ -131,8 +131,8 @@ _OPTIONS = (
     limit_option,
     batch_size_option,
     workers_option_of(
-        "Number of worker processes, which read for the one network; 0 or 1 reads in this process. With "
-        "--scheduler local, they predict a scene at a time, each by a network of its own."
+        "Number of worker processes that load data for the network; 0 or 1 loads it in this process. With "
+        "--scheduler local, each worker loads the network and predicts one scene at a time."
     ),
     scheduler_option,
 )

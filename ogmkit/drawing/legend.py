@@ -40,7 +40,7 @@ def draw_legend(groups: Sequence[Group], width: int) -> UInt8Array:
     """Draw a legend: groups in a row as far as they fit, then the next line.
 
     Args:
-        groups: at least one. One that is wider than the legend goes on beneath its own first entry.
+        groups: at least one. A group that is wider than the legend is wrapped, aligned with its first entry.
         width: of the whole legend in pixels; a single entry may need more and gets it.
     """
     lines: list[list[UInt8Array]] = []

@@ -81,7 +81,7 @@ def predict_shards(
         shards: a folder that an extraction finished.
         homography: source that `footprints` are warped by; None is the network's if there, else `surface`.
         choice: which frames; all by default.
-        scheduler: as `Execution` has it: its workers predict a scene at a time, each by a network of its own;
+        scheduler: as of `Execution`; each of its workers loads the network and predicts one scene at a time.
             `local` starts `job.workers` of them. Empty predicts in this process.
         on_progress: called with (frames done, frames in all).
 
