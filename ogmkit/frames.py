@@ -1,6 +1,7 @@
 """Frame records: all that targets are made from, frozen, light and picklable."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -109,7 +110,7 @@ class FrameRecord:
     neighbour_positions_global: FloatArray
     lidar: LidarRecord | None
 
-    @property
+    @cached_property
     def level_from_global(self) -> FloatArray:
         """(4, 4) float64 into this frame's level frame."""
         return level_from_global(self.global_from_ego)

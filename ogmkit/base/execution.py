@@ -13,6 +13,7 @@ from threadpoolctl import threadpool_limits
 from ogmkit.base import cluster, processes
 from ogmkit.base.cluster import LOCAL
 from ogmkit.base.interrupts import interrupts_blocked
+from ogmkit.base.memory import keep_freed_memory
 from ogmkit.base.names import with_number
 from ogmkit.base.units import Answer
 
@@ -118,6 +119,7 @@ def run_over(
             another release or doesn't see a folder.
     """
     if not execution.scheduler and execution.workers <= 1:
+        keep_freed_memory()
         with _one_thread():
             yield from map(function, items)
         return

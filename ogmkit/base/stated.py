@@ -4,6 +4,7 @@ Options, keys of YAML files, range errors and the settings' tables come from the
 """
 
 import dataclasses
+import functools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -87,7 +88,8 @@ def require_stated(record: Any) -> None:  # noqa: ANN401  # any dataclass instan
     Raises:
         SettingsError: a number is out of range or not finite, or a value is none of its `Literal`'s.
     """
-    hints = get_type_hints(type(record))
+    kind: Any = type(record)
+    hints = _hints(kind)
     for name, stated in stated_fields(type(record)).items():
         value = getattr(record, name)
         choices = choices_of(hints[name])
@@ -97,6 +99,11 @@ def require_stated(record: Any) -> None:  # noqa: ANN401  # any dataclass instan
                 raise SettingsError(unknown(name, str(one), choices))
             if isinstance(one, int | float):
                 _require_range(name, one, stated)
+
+
+@functools.cache
+def _hints(kind: Any) -> Mapping[str, Any]:  # noqa: ANN401  # a class
+    return get_type_hints(kind)
 
 
 def choices_of(hint: Any) -> tuple[str, ...]:  # noqa: ANN401  # an annotation

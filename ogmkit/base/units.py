@@ -14,6 +14,7 @@ from typing import Generic, TypeVar
 import cv2
 from threadpoolctl import threadpool_limits
 
+from ogmkit.base.memory import keep_freed_memory
 from ogmkit.errors import OgmkitError
 
 Item = TypeVar("Item")
@@ -57,14 +58,19 @@ def log_level() -> int:
 
 
 def run_unit(function: Callable[[Item], Result], item: Item, level: int) -> Answer[Result]:
-    """Do a unit of work in a worker; errors other than the library's own are raised as they are.
+    """Do a unit of work in a worker, which is one thread wide; else as `answered`."""
+    limit_threads()
+    return answered(function, item, level)
+
+
+def answered(function: Callable[[Item], Result], item: Item, level: int) -> Answer[Result]:
+    """Do something for another process; errors other than the library's own are raised as they are.
 
     Args:
         function: what to do.
         item: to do it with.
         level: from which on log records are sent home.
     """
-    limit_threads()
     results: tuple[Result, ...] = ()
     failure = None
     with _logged(level) as records:
@@ -81,6 +87,7 @@ def limit_threads() -> None:
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # of what is not imported yet, such as torch
     cv2.setNumThreads(1)
     threadpool_limits(1, user_api="blas")
+    keep_freed_memory()
 
 
 @contextmanager

@@ -5,7 +5,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +26,9 @@ from ogmkit.nuscenes.mask_cache import cache_folder, decoding, readable_header
 from ogmkit.nuscenes.mask_faults import refuse_vector_map, unreadable
 from ogmkit.nuscenes.mask_files import read_mask
 from ogmkit.typing import BoolArray, UInt8Array
+
+_KEPT_OPEN = 8
+"""Decoded masks that a process keeps mapped into memory."""
 
 
 @dataclass(frozen=True)
@@ -134,11 +137,19 @@ class MaskStore:
             tell(Waiting(f"decoding map {png.name}"))
             with decoding(decoded.parent):
                 header = _current_header(decoded, state) or _decode(png, decoded, state)
-        return MapMask(decoded, (header.rows, header.columns))
+        now = file_status(decoded)
+        return _opened(decoded, (header.rows, header.columns), (now.st_ino, now.st_mtime_ns))
 
     def _decoded_path(self, png: Path) -> Path:
         name = hashlib.sha256(os.fsencode(png.resolve())).hexdigest()[:16]
         return cache_folder(self.cache_dir) / f"{name}.mask"
+
+
+@lru_cache(maxsize=_KEPT_OPEN)
+def _opened(decoded: Path, shape: tuple[int, int], state: tuple[int, int]) -> MapMask:
+    """A decoded file in a state: one for all scenes of a process, so that each tile is compared once."""
+    del state
+    return MapMask(decoded, shape)
 
 
 @contextmanager

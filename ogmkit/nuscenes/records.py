@@ -26,12 +26,11 @@ _ANNOTATIONS = f"""
 SELECT a.token, a.sample_token, a.instance_token, c.name AS category, a.translation, a.rotation, a.size,
        coalesce(v.number, 0) AS visibility, coalesce(a.num_lidar_pts, -1) AS num_lidar_pts
 FROM sample_annotation a
-JOIN sample s ON s.token = a.sample_token
 JOIN instance i ON i.token = a.instance_token
 JOIN category c ON c.token = i.category_token
 LEFT JOIN {BY_TOKEN} v ON v.token = a.visibility_token
 WHERE a.scene_row = (SELECT rowid FROM scene WHERE token = ?)
-ORDER BY s.timestamp, a.rowid
+ORDER BY a.rowid
 """
 
 Columns = Mapping[str, NDArray[Any]]

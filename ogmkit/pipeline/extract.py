@@ -126,6 +126,7 @@ def _finish(
     shards += [summarise(path) for path in (*others, *earlier)]
     if not shards:
         return
+    within = {split: frozenset(scenes) for split, scenes in splits.items()}
     entries = tuple(
         ShardEntry(
             scene=shard.scene,
@@ -134,7 +135,7 @@ def _finish(
             frames=shard.frames,
             bytes=shard.bytes,
             sha256=shard.sha256,
-            splits=tuple(sorted(split for split, scenes in splits.items() if shard.scene in scenes)),
+            splits=tuple(sorted(split for split, scenes in within.items() if shard.scene in scenes)),
         )
         for shard in sorted(shards, key=lambda shard: shard.scene)
     )

@@ -16,7 +16,7 @@ from ogmkit.shards import fields, schema
 from ogmkit.shards.additions import require_name
 from ogmkit.shards.crosschecks_added import fits_of
 from ogmkit.shards.fields import AddedKind
-from ogmkit.shards.layout import create_dataset, store_dataset, store_row
+from ogmkit.shards.layout import create_dataset, store_dataset
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.sink import ShardFile
 
@@ -97,8 +97,8 @@ class RenderFootprints:
                 continue
             valid[frame] = True
             with file.writing():
-                for mask, dataset in masks.items():
-                    store_row(dataset, frame, getattr(made, mask))
+                for mask, rows in masks.items():
+                    rows.store(frame, getattr(made, mask))
         with file.writing():
             store_dataset(group, self.kind.field("valid"), valid, symbols)
 

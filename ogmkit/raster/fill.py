@@ -6,6 +6,9 @@ import numpy as np
 
 from ogmkit.typing import BoolArray, FloatArray, IntArray, UInt8Array, UInt16Array
 
+_SHORT = 64
+"""Cells of a span up to which a table of them all is quicker than a slice for each."""
+
 
 def fill_polygons(
     rings: Sequence[FloatArray] | FloatArray,
@@ -73,7 +76,10 @@ def fill_spans(rows: IntArray, first: FloatArray, last: FloatArray, shape: tuple
     starts, stops, _ = _bounds(rows, first, last, shape)
     mask = np.zeros(shape, np.uint8)
     cells = mask.reshape(-1)
-    # A frame has some thousand short spans: slices beat a table of all their cells, and need no memory.
+    lengths = stops - starts
+    if lengths.sum() < _SHORT * len(lengths):
+        cells[np.repeat(starts - np.cumsum(lengths) + lengths, lengths) + np.arange(lengths.sum())] = 1
+        return mask
     for start, stop in zip(starts.tolist(), stops.tolist(), strict=True):
         cells[start:stop] = 1
     return mask

@@ -114,10 +114,10 @@ def layer_masks(grid: GridSpec, level_from_global: FloatArray, layers: LayerMap)
     Returns:
         Layer → (rows, columns) uint8, 1 on the layer.
     """
+    if not layers:
+        return {}
     window = _window(grid, level_from_global)
     found = [shapes.rings(shapes.tree.query(window, predicate="intersects")) for shapes in layers.values()]
-    if not found:
-        return {}
     vertices, lengths, turns = (np.concatenate(parts) for parts in zip(*found, strict=True))
     planes = np.repeat(np.arange(len(found)), [len(lengths) for _, lengths, _ in found])
     bev_from_global = grid.bev_from_level @ level_from_global[np.ix_([0, 1, 3], [0, 1, 3])]

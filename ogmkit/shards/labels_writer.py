@@ -17,7 +17,7 @@ from ogmkit.nuscenes.maps import MapMask, MaskStore
 from ogmkit.nuscenes.paths import resolve
 from ogmkit.shards.fields import FRAMES
 from ogmkit.shards.labels_rows import rows_of
-from ogmkit.shards.layout import attribute_values, create_dataset, store_dataset, store_row
+from ogmkit.shards.layout import attribute_values, create_dataset, store_dataset
 from ogmkit.shards.schema_labels import (
     HAS_SWEEP,
     LABEL_ATTRIBUTES,
@@ -73,14 +73,16 @@ def _write_definition(
     sizes = {FRAMES: len(rows), **label_sizes(definition.to_dict())}
     with file.writing() as h5:
         group = _new_group(h5, definition, rows)
-        for field in label_fields(definition):
-            if field.storage == "rasters":
-                create_dataset(group, field, sizes, settings.compression)
+        rasters = {
+            field.name: create_dataset(group, field, sizes, settings.compression)
+            for field in label_fields(definition)
+            if field.storage == "rasters"
+        }
     for row, key_frame in enumerate(rows):
         arrays = labels_of(key_frame, definition, location_map)
         with file.writing():
             for name, array in arrays.items():
-                store_row(group[name], row, array)
+                rasters[name].store(row, array)
     if "ignore" in definition.beside:
         swept = np.array([has_sweep(one) for one in rows], dtype=np.bool_)
         with file.writing():

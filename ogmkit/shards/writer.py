@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 
 from ogmkit import __version__
@@ -22,7 +21,7 @@ from ogmkit.nuscenes.paths import resolve
 from ogmkit.shards import fields, schema
 from ogmkit.shards.columns import column
 from ogmkit.shards.labels_writer import record_text, write_labels
-from ogmkit.shards.layout import attribute_values, create_dataset, store_dataset, store_row
+from ogmkit.shards.layout import Rows, attribute_values, create_dataset, store_dataset
 from ogmkit.shards.schema_further import FUTURE_VALID, INSTANCE_TOKENS, further_fields
 from ogmkit.shards.schema_seen import SEEN
 from ogmkit.shards.settings import Compression, ExtractSettings
@@ -128,27 +127,27 @@ def _write_camera(
         fields.COLUMNS: grid.columns,
     }
     with file.writing() as h5:
-        group = h5.create_group(camera)
+        group, rows = h5.create_group(camera), {}
         for field in stored:
             if field == INSTANCE_TOKENS:
                 store_dataset(group, field, list(numbers), sizes)
             elif field.storage != "whole" or field == FUTURE_VALID:
-                create_dataset(group, field, sizes, settings.compression)
-    tally = _write_frames(file, group, frames, targets, masks, numbers)
+                rows[field.name] = create_dataset(group, field, sizes, settings.compression)
+    tally = _write_frames(file, rows, frames, targets, masks, numbers)
     with file.writing():
         for field in stored:
             if field.name not in group:
-                rows = column(field.name, frames, left_out, tally.trajectories, tally.points)
-                store_dataset(group, field, rows, sizes)
-        values = _camera_attributes(camera, frames, tally, grid.rows * grid.columns)
-        values["definition"] = record_text(paper(targets))
-        values["frames_left_out"] = len(left_out)
-        group.attrs.update(attribute_values(schema.CAMERA_ATTRIBUTES, values, {*parts, "optional"}))
+                values = column(field.name, frames, left_out, tally.trajectories, tally.points)
+                store_dataset(group, field, values, sizes)
+        attributes = _camera_attributes(camera, frames, tally, grid.rows * grid.columns)
+        attributes["definition"] = record_text(paper(targets))
+        attributes["frames_left_out"] = len(left_out)
+        group.attrs.update(attribute_values(schema.CAMERA_ATTRIBUTES, attributes, {*parts, "optional"}))
 
 
 def _write_frames(
     file: ShardFile,
-    group: h5py.Group,
+    rows: Mapping[str, Rows],
     frames: Sequence[FrameRecord],
     settings: TargetSettings,
     masks: MaskStore,
@@ -168,28 +167,23 @@ def _write_frames(
         tally.vehicle_cells += int(np.count_nonzero(targets.vehicles))
         tally.cells_in_view += int(np.count_nonzero(targets.field_of_view))
         with file.writing():
-            tally.points.append(_write_frame(group, index, targets))
+            tally.points.append(_write_frame(rows, index, targets))
     return tally
 
 
-def _write_frame(group: h5py.Group, index: int, targets: FrameTargets) -> int:
+def _write_frame(rows: Mapping[str, Rows], index: int, targets: FrameTargets) -> int:
     """Store what is stored frame by frame; returns the number of LiDAR points."""
     if targets.drivable is not None:
-        store_row(group["drivable"], index, targets.drivable)
-    store_row(group["vehicles"], index, targets.vehicles)
-    store_row(group["field_of_view"], index, targets.field_of_view)
+        rows["drivable"].store(index, targets.drivable)
+    rows["vehicles"].store(index, targets.vehicles)
+    rows["field_of_view"].store(index, targets.field_of_view)
     for name, row in targets.further.items():
-        store_row(group[name], index, row)
+        rows[name].store(index, row)
     for kind, mask in targets.seen.items():
-        store_row(group[f"{SEEN}/{kind}"], index, mask)
+        rows[f"{SEEN}/{kind}"].store(index, mask)
     if targets.image is not None:
-        store_row(group["image"], index, np.frombuffer(targets.image, np.uint8))
-    if targets.lidar_points is None:
-        return 0
-    points, count = group["lidar/points"], len(targets.lidar_points)
-    points.resize(len(points) + count, axis=0)
-    store_row(points, slice(len(points) - count, None), targets.lidar_points)
-    return count
+        rows["image"].store(index, np.frombuffer(targets.image, np.uint8))
+    return 0 if targets.lidar_points is None else rows["lidar/points"].append(targets.lidar_points)
 
 
 def _camera_attributes(

@@ -40,7 +40,8 @@ def write(file):
         values = {"homography": "dlt", "method": "warp", "scale": 2, "settings": {"homography": fit}}
         group = new_group(h5, "CAM_FRONT", FOOTPRINTS, "dlt", values)
         for name in ("drivable", "vehicles"):
-            create_dataset(group, FOOTPRINTS.field(name), SYMBOLS, "gzip")[:4, 3:] = 1
+            create_dataset(group, FOOTPRINTS.field(name), SYMBOLS, "gzip")
+            group[name][:4, 3:] = 1
         store_dataset(group, FOOTPRINTS.field("valid"), homography_rows()["valid"], SYMBOLS)
 
 
