@@ -81,7 +81,7 @@ def command(config: Path, planning: bool, as_json: bool) -> None:
 
 
 class _Display:
-    """A line on stderr for each step; while one is under way, a bar.
+    """A line on stderr for each step; while some are under way, a bar.
 
     Args:
         stack: closes the bar, whatever ends the run.
@@ -89,18 +89,25 @@ class _Display:
 
     def __init__(self, stack: ExitStack) -> None:
         self._stack = stack
+        self._under_way: list[str] = []
         self._advance: Callable[[int, int], None] | None = None
 
     def on_step(self, report: StepReport) -> None:
         """Tell of a step."""
-        if report.state == "begun":
-            self._advance = self._stack.enter_context(progress(None, "", report.name))
-            return
         self._stack.close()
-        took = UP_TO_DATE if report.state == "skipped" else f"{report.seconds:.1f} s"
-        detail = f"; {report.detail}" if report.detail else ""
-        number = f"{report.number:>{len(str(report.total))}}/{report.total}"
-        note(f"{number} {report.name}: {took}{detail}")
+        if report.state == "begun":
+            self._under_way.append(report.name)
+        else:
+            self._under_way = [name for name in self._under_way if name != report.name]
+            took = UP_TO_DATE if report.state == "skipped" else f"{report.seconds:.1f} s"
+            detail = f"; {report.detail}" if report.detail else ""
+            number = f"{report.number:>{len(str(report.total))}}/{report.total}"
+            note(f"{number} {report.name}: {took}{detail}")
+        self._advance = None
+        if self._under_way:
+            several = len(self._under_way) > 1
+            shown = with_number(len(self._under_way), "step") if several else self._under_way[0]
+            self._advance = self._stack.enter_context(progress(None, "", shown))
 
     def on_progress(self, done: int, total: int) -> None:
         """Move the bar."""

@@ -21,6 +21,19 @@ def interrupts_blocked() -> Iterator[None]:
 
 
 @contextmanager
+def sigterm_interrupts() -> Iterator[None]:
+    """Inside, SIGTERM, by which schedulers announce that time is up, does as Ctrl-C, in the main thread."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    previous = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, previous)
+
+
+@contextmanager
 def interrupts_heeded() -> Iterator[None]:
     """Raise Ctrl-C again where Python drops it: it can't leave a finaliser or callback that it came into."""
     previous = sys.unraisablehook

@@ -1,5 +1,7 @@
 """The device that networks work on."""
 
+import os
+
 import torch
 
 from ogmkit.learn.settings import Arithmetic, Precision
@@ -29,6 +31,21 @@ def _has_bfloat16() -> bool:
     # torch before 2.9 can't tell
     capabilities: dict[str, object] = getattr(torch.cpu, "get_capabilities", dict)()
     return any(capabilities.get(name, False) for name in ("avx512_bf16", "amx_bf16", "bf16"))
+
+
+def shares(count: int) -> tuple[dict[str, str], ...]:
+    """Environment variables of processes that share this machine: a GPU for each, or threads of the CPU.
+
+    Args:
+        count: how many processes there are. GPUs are dealt out in turns, those of `CUDA_VISIBLE_DEVICES`
+            where it is set. `OMP_NUM_THREADS`, where it is set, is each one's number of threads.
+    """
+    named = os.environ.get("CUDA_VISIBLE_DEVICES")
+    gpus = [*map(str, range(torch.cuda.device_count()))] if named is None else named.split(",")
+    if torch.cuda.is_available():
+        return tuple({"CUDA_VISIBLE_DEVICES": gpus[number % len(gpus)]} for number in range(count))
+    threads = max(1, torch.get_num_threads() // count)
+    return ({"OMP_NUM_THREADS": os.environ.get("OMP_NUM_THREADS", str(threads))},) * count
 
 
 def all_devices() -> tuple[str, ...]:

@@ -113,7 +113,8 @@ def run_chain(
     steps = steps_of(config, writers)
     with locked(config.out):
         _write_config(config)
-        run_steps(config.out, steps, on_step=on_step, on_progress=on_progress)
+        places = _places(config.trainings_at_once)
+        run_steps(config.out, steps, places=places, on_step=on_step, on_progress=on_progress)
         names = {step.name for step in steps}
         made = sorted(
             config.out / file
@@ -152,6 +153,15 @@ def _steps(config: Config, writers: Mapping[str, Write]) -> Iterator[Step]:
         yield EvaluatePerception(config, writers)
     if config.planners:
         yield EvaluatePlanning(config, writers)
+
+
+def _places(count: int) -> tuple[Mapping[str, str], ...]:
+    """Variables of the processes of trainings that go on side by side; none where they follow each other."""
+    if count <= 1:
+        return ()
+    from ogmkit.learn.devices import shares  # noqa: PLC0415  # torch
+
+    return shares(count)
 
 
 def _sets(config: Config) -> tuple[str, ...]:

@@ -19,7 +19,7 @@ HOMOGRAPHY, FOOTPRINTS = "homography", "footprints"
 """Names of the two trainings that others build on."""
 ELSEWHERE = {
     "split_ratio": "give a split_file, so that all networks learn from and are scored on the same scenes",
-    "devices": "a chain trains on one GPU; `ogmkit train` takes several",
+    "devices": "a chain trains each network on one GPU; `ogmkit train` takes several",
 }
 """Settings of a training that the chain has no use for, and what to do instead."""
 
@@ -78,6 +78,7 @@ class Config:
         out: folder that gets everything.
         workers: processes that work on shards, and that read for networks.
         scheduler: of the Dask cluster that works on shards instead; empty for none.
+        trainings_at_once: how many trainings that don't need each other go on side by side.
         extract: what the shards hold.
         methods: homographies that are fitted.
         fit: which boxes they rest on.
@@ -94,6 +95,7 @@ class Config:
     out: Path
     workers: int
     scheduler: str
+    trainings_at_once: int
     extract: ExtractSettings
     methods: tuple[str, ...]
     fit: FitSettings
@@ -162,6 +164,7 @@ class Config:
             "cameras": cameras,
             "workers": self.workers,
             "scheduler": self.scheduler,
+            "trainings_at_once": self.trainings_at_once,
             "extract": extract,
             "homography_fit": {"methods": self.methods, **dataclasses.asdict(self.fit)},
             "render_footprints": dataclasses.asdict(self.masks),

@@ -24,6 +24,7 @@ from ogmkit.workflow.trainings import read_trainings
 
 _KEYS = (
     *("data", "out", *field_names(Source)[1:], "cameras", "workers", "scheduler"),
+    "trainings_at_once",
     *("extract", "homography_fit", "render_footprints", "train", "homography", "footprints"),
     *("baselines", "planners", "evaluate"),
 )
@@ -60,8 +61,9 @@ def config_of(values: Mapping[str, Any], path: Path) -> Config:
     config = Config(
         source=file.source(),
         out=place(values["out"], path.parent),
-        workers=file.workers(),
+        workers=max(file.count("workers", 0), 1),  # 0 and 1 both mean this process
         scheduler=file.scheduler(),
+        trainings_at_once=file.count("trainings_at_once", 1),
         extract=file.extract(),
         methods=methods,
         fit=fit,
@@ -99,12 +101,12 @@ class _File:
             split_file=None if split_file is None else place(split_file, folder),
         )
 
-    def workers(self) -> int:
-        """Number of worker processes; 0 and 1 both mean this process."""
-        workers: int = converted(self.values.get("workers", 1), int, f"{self.path}: workers")
-        if workers < 0:
-            raise SettingsError(f"{self.path}: workers: {workers} is below 0")
-        return max(workers, 1)
+    def count(self, name: str, least: int) -> int:
+        """A number of processes; 1 where the file doesn't say."""
+        count: int = converted(self.values.get(name, 1), int, f"{self.path}: {name}")
+        if count < least:
+            raise SettingsError(f"{self.path}: {name}: {count} is below {least}")
+        return count
 
     def scheduler(self) -> str:
         """The Dask scheduler's address, or `local`; empty for none."""

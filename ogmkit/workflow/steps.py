@@ -4,7 +4,7 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, Protocol
+from typing import Any, Literal, Protocol, runtime_checkable
 
 from ogmkit import __version__
 from ogmkit.base.differences import differences
@@ -57,6 +57,20 @@ class Call:
         return Execution(config.workers, config.scheduler, overwrite=self.overwrite, on_progress=self.advance)
 
 
+def letting_go(call: Call) -> Progress:
+    """A call's progress, of work that has let go of what was there by the time that it tells any."""
+    gone = not call.overwrite
+
+    def advance(done: int, total: int) -> None:
+        nonlocal gone
+        if not gone:
+            call.let_go()
+        gone = True
+        call.advance(done, total)
+
+    return advance
+
+
 @dataclass(frozen=True)
 class Made:
     """What a step has made.
@@ -106,6 +120,21 @@ class Step(Protocol):
         Raises:
             OgmkitError: as the library's function for it.
         """
+
+
+@runtime_checkable
+class SeparateStep(Step, Protocol):
+    """A step whose work can be done in a process of its own, beside that of others: `run` in parts."""
+
+    def work(self, *, overwrite: bool) -> Callable[[Progress], Any]:
+        """What is to be done, picklable; it imports nothing heavy before it is called.
+
+        Args:
+            overwrite: as of `Call`; by its first progress, what was there is gone.
+        """
+
+    def made(self, result: Any) -> Made:  # noqa: ANN401  # of `work`
+        """What it has made, by what `work` gave."""
 
 
 @dataclass(frozen=True)

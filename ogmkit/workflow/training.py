@@ -4,16 +4,52 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ogmkit.learn.perception_settings import EncoderTraining
 from ogmkit.learn.settings import TrainSettings
 from ogmkit.shards.manifest import file_sha256
 from ogmkit.workflow.config import ELSEWHERE, Config, Training
-from ogmkit.workflow.steps import EXTRACT, Call, Made, first_gone, maker_of, rendering, training
+from ogmkit.workflow.steps import (
+    EXTRACT,
+    Call,
+    Made,
+    Progress,
+    first_gone,
+    letting_go,
+    maker_of,
+    rendering,
+    training,
+)
+
+if TYPE_CHECKING:
+    from ogmkit.learn.training.train import TrainSummary
 
 _HOW = {"workers", "cache_samples", "checkpoint_every", *ELSEWHERE}
 """Settings that don't decide what comes out."""
+
+
+@dataclass(frozen=True)
+class TrainCall:
+    """A training to be called in any process.
+
+    Attributes:
+        settings: what to train.
+        shards: what from.
+        run: its folder.
+        overwrite: start over.
+    """
+
+    settings: TrainSettings
+    shards: Path
+    run: Path
+    overwrite: bool
+
+    def __call__(self, on_progress: Progress) -> "TrainSummary | None":
+        """Train, or resume."""
+        from ogmkit.learn.training.train import train  # noqa: PLC0415  # torch
+
+        return train(self.settings, self.shards, self.run, overwrite=self.overwrite, on_progress=on_progress)
 
 
 @dataclass(frozen=True)
@@ -69,26 +105,26 @@ class Train:
 
     def run(self, call: Call) -> Made:
         """Train, or resume."""
+        return self.made(self.work(overwrite=call.overwrite)(letting_go(call)))
+
+    def work(self, *, overwrite: bool) -> "TrainCall":
+        """The training; its folder is cleared before the first step."""
+        return TrainCall(self._settings(), self.config.shards, self.run_folder, overwrite)
+
+    def made(self, result: "TrainSummary | None") -> Made:
+        """The files, with the checkpoint's checksum."""
         from ogmkit.learn.runs import checkpoint_file  # noqa: PLC0415  # YAML
-        from ogmkit.learn.training.train import train  # noqa: PLC0415  # torch
 
-        run, begun = self.config.run_folder(self.training.name), False
-
-        def advance(done: int, total: int) -> None:
-            nonlocal begun
-            if call.overwrite and not begun:
-                call.let_go()  # the folder was cleared before the first step
-            begun = True
-            call.advance(done, total)
-
-        summary = train(
-            self._settings(), self.config.shards, run, overwrite=call.overwrite, on_progress=advance
-        )
-        best = checkpoint_file(run)
-        note = "" if summary is None else f"{summary.steps} steps"
-        if summary is not None and summary.score is not None:
-            note += f", best {summary.score_name} {summary.score:.4g}"
+        best = checkpoint_file(self.run_folder)
+        note = "" if result is None else f"{result.steps} steps"
+        if result is not None and result.score is not None:
+            note += f", best {result.score_name} {result.score:.4g}"
         return Made(self._files(best), note=note, identity=file_sha256(best))
+
+    @property
+    def run_folder(self) -> Path:
+        """The training's folder."""
+        return self.config.run_folder(self.training.name)
 
     @property
     def _trained_here(self) -> frozenset[str]:
@@ -109,7 +145,7 @@ class Train:
         """What the training wrote, its best checkpoint first."""
         from ogmkit.learn import runs  # noqa: PLC0415  # YAML
 
-        run = self.config.run_folder(self.training.name)
+        run = self.run_folder
         names = (runs.BEST, runs.LAST, runs.CONFIG, runs.SPLITS, runs.METRICS, runs.SAMPLES)
         named = (run / name for name in names)
         others = (*named, *sorted((run / runs.TENSORBOARD).glob("*")))

@@ -172,6 +172,7 @@ NEEDS_CLUSTER = pytest.mark.skipif(
 )
 CHANGES = [
     ({"workers": 2}, []),
+    ({"trainings_at_once": 2}, []),
     pytest.param({"scheduler": "local"}, [], marks=NEEDS_CLUSTER),
     ({"train": {"checkpoint_every": 7}}, []),
     ({"evaluate": {"threshold": 0.25}}, ["evaluate perception"]),
@@ -207,6 +208,24 @@ def test_a_planners_learning_rate_trains_that_planner_and_scores_planners(out, c
     assert {name for name in now if now[name] != before[name]} == {
         f"planning.{ending}" for ending in ("md", "csv", "json", "tex")
     }
+
+
+def test_trainings_side_by_side_come_out_as_one_after_the_other(out, chain_config):
+    before = tables(out)
+    planners = ("lstm-ed", "mid-to-end")
+    for name in planners:
+        shutil.rmtree(out / "runs" / name)
+    config = chain_config(out, trainings_at_once=2)
+    under_way, most = set(), 0
+
+    def on_step(news):
+        nonlocal most
+        (under_way.add if news.state == "begun" else under_way.discard)(news.name)
+        most = max(most, len(under_way))
+
+    run_chain(config, on_step=on_step)
+    assert most == 2
+    assert all(tables(out)[name] == before[name] for name in ("planning.csv", "planning.json"))
 
 
 def test_a_planner_less_is_left_in_place_and_out_of_the_table(out, chain_config):

@@ -2,6 +2,7 @@
 
 import hashlib
 import itertools
+import time
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -12,7 +13,7 @@ from ogmkit.errors import ShardError, TrainingError
 from ogmkit.workflow import engine
 from ogmkit.workflow.engine import plan_steps, run_steps
 from ogmkit.workflow.records import NAME, read_records, write_records
-from ogmkit.workflow.steps import Made, first_gone
+from ogmkit.workflow.steps import Made, first_gone, letting_go
 
 
 class Killed(BaseException):
@@ -322,3 +323,126 @@ def test_planning_writes_nothing(tmp_path, clock):
         ("start", "after predicted"),
     ]
     assert list(tmp_path.iterdir()) == []
+
+
+@dataclass(frozen=True)
+class Separate:
+    """A step for any process: its file tells what it read, and which place it was done at.
+
+    It can wait for another one to be under way, fail, or be stopped.
+    """
+
+    out: Path
+    name: str
+    needs: tuple[str, ...] = ()
+    settings: dict = field(default_factory=dict)
+    exact: bool = True
+    awaited: str = ""
+    fails: bool = False
+
+    def missing(self, files):
+        return first_gone(self.out, files)
+
+    def run(self, call):
+        return self.made(self.work(overwrite=call.overwrite)(letting_go(call)))
+
+    def work(self, *, overwrite):
+        return SeparateWork(self, overwrite)
+
+    def made(self, result):
+        return Made((f"{self.name}.txt",), note=f"{result} bytes")
+
+
+@dataclass(frozen=True)
+class SeparateWork:
+    """What such a step does."""
+
+    step: Separate
+    overwrite: bool
+
+    def __call__(self, on_progress):
+        step = self.step
+        path = step.out / f"{step.name}.txt"
+        if self.overwrite:
+            path.unlink()
+        on_progress(1, 4)
+        (step.out / f"{step.name}.begun").touch()
+        while step.awaited and not (step.out / f"{step.awaited}.begun").exists():
+            time.sleep(0.02)
+        if step.fails:
+            raise TrainingError("no luck")
+        read = [(step.out / f"{need}.txt").read_text() for need in step.needs]
+        path.write_text(f"{step.name} {step.settings}\n" + "".join(read))
+        return path.stat().st_size
+
+
+@pytest.fixture
+def _importable(monkeypatch):
+    """What is in this file can be imported by processes that are started."""
+    monkeypatch.syspath_prepend(Path(__file__).resolve().parents[2])
+
+
+TWO = ({"OMP_NUM_THREADS": "1"}, {"OMP_NUM_THREADS": "1"})
+
+
+def separate(out, **changes):
+    """Two that wait for each other, one that needs the first of them, one that needs nothing."""
+    waiting = {"a": "b", "b": "a"}
+    needs = {"c": ("a",)}
+    return tuple(
+        replace(
+            Separate(out, name, needs.get(name, ()), awaited=waiting.get(name, "")), **changes.get(name, {})
+        )
+        for name in "abcd"
+    )
+
+
+@pytest.mark.usefixtures("_importable")
+def test_separate_steps_go_on_side_by_side_in_as_many_processes_as_there_are_places(tmp_path):
+    told, counts = [], []
+    steps = separate(tmp_path)
+    run_steps(tmp_path, steps, places=TWO, on_step=told.append, on_progress=lambda *one: counts.append(one))
+    assert (tmp_path / "c.txt").read_text() == "c {}\na {}\n"
+    begun = [one.name for one in told if one.state == "begun"]
+    assert begun == ["a", "b", "c", "d"]
+    under_way = 0
+    for one in told:
+        under_way += 1 if one.state == "begun" else -1
+        assert under_way <= 2
+    assert told.index(next(one for one in told if one.name == "c" and one.state == "begun")) > told.index(
+        next(one for one in told if one.name == "a" and one.state == "done")
+    )
+    assert (2, 8) in counts  # of two that are under way
+    assert all(record.state == "done" for record in read_records(tmp_path).values())
+    again = []
+    run_steps(tmp_path, steps, places=TWO, on_step=again.append)
+    assert {one.state for one in again} == {"skipped"}
+
+
+def test_one_place_does_all_in_order_here(tmp_path, monkeypatch):
+    monkeypatch.setattr(engine, "SideBySide", None)
+    steps = separate(tmp_path, a={"awaited": ""}, b={"awaited": ""})
+    run_steps(tmp_path, steps, places=TWO[:1])
+    assert (tmp_path / "c.txt").read_text() == "c {}\na {}\n"
+
+
+@pytest.mark.usefixtures("_importable")
+def test_a_failure_of_one_leaves_what_is_done_and_the_same_call_resumes(tmp_path):
+    steps = separate(tmp_path)
+    with pytest.raises(TrainingError, match=r"^b: no luck$"):
+        run_steps(tmp_path, separate(tmp_path, b={"fails": True}), places=TWO)
+    assert read_records(tmp_path)["b"].state == "started"
+    run_steps(tmp_path, steps, places=TWO)
+    assert {path.name for path in tmp_path.glob("*.txt")} == {"a.txt", "b.txt", "c.txt", "d.txt"}
+
+
+@pytest.mark.usefixtures("_importable")
+def test_a_changed_setting_overwrites_side_by_side(tmp_path):
+    run_steps(tmp_path, separate(tmp_path), places=TWO)
+    for path in tmp_path.glob("*.begun"):
+        path.unlink()
+    run_steps(
+        tmp_path, separate(tmp_path, a={"settings": {"value": 1}}, b={"settings": {"value": 2}}), places=TWO
+    )
+    assert (tmp_path / "c.txt").read_text() == "c {}\na {'value': 1}\n"
+    assert (tmp_path / "b.txt").read_text() == "b {'value': 2}\n"

@@ -75,6 +75,12 @@ def test_the_steps_on_shards_go_to_the_scheduler(monkeypatch):
     assert config_of(chosen.to_dict(), FILE).scheduler == chosen.scheduler
 
 
+def test_how_many_trainings_go_on_at_once_stands_in_the_file():
+    chosen = config(trainings_at_once=4)
+    assert (chosen.trainings_at_once, config().trainings_at_once) == (4, 1)
+    assert config_of(chosen.to_dict(), FILE).trainings_at_once == 4
+
+
 def test_a_grid_keeps_the_ego_at_the_bottom_and_six_elevenths_of_the_width():
     assert config(extract={"grid": {"m_per_cell": 0.5, "rows": 80, "columns": 55}}).extract.targets.grid == (
         GridSpec(0.5, 80, 55, 80.0, 30.0)
@@ -202,6 +208,8 @@ def test_the_examples_say_the_same_again_when_written_out(name):
         ({"extract": {"grid": {"rows": 0}}}, "extract: grid: rows: 0 is below 1"),
         ({"cameras": []}, "extract: cameras: none"),
         ({"workers": -1}, "workers: -1 is below 0"),
+        ({"trainings_at_once": 0}, "chain.yaml: trainings_at_once: 0 is below 1"),
+        ({"trainings_at_once": "all"}, "chain.yaml: trainings_at_once: "),
         ({"scheduler": "10.0.0.7"}, "chain.yaml: scheduler: scheduler '10.0.0.7': give local, or an address"),
         ({"train": {"image_size": "64x96"}, "homography": {}}, "image_size: '64x96' is not a list"),
         ({"homography_fit": {"methods": []}}, "homography_fit: methods: name at least one"),
@@ -226,7 +234,10 @@ def test_the_examples_say_the_same_again_when_written_out(name):
             "footprints: kl_weight: footprints does not read it; ved does",
         ),
         ({"footprints": {"masks": "robust"}}, "footprints: masks: nothing makes the masks 'robust'"),
-        ({"train": {"devices": 2}, "footprints": {}}, "train: devices: a chain trains on one GPU"),
+        (
+            {"train": {"devices": 2}, "footprints": {}},
+            "train: devices: a chain trains each network on one GPU",
+        ),
         ({"footprints": {"split_ratio": [7, 1]}}, "footprints: split_ratio: give a split_file"),
         ({"baselines": "ved"}, "baselines: not a list of systems"),
         ({"baselines": ["lstm-ed"]}, "baselines: 1: unknown system 'lstm-ed'"),
