@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from bench_data import CAMERA, data_of, scenes_of, train
 from commands import ogmkit_here
+from turned_world import write_turned
 
 from ogmkit.evaluation.evaluate import evaluate
 from ogmkit.evaluation.settings import EvaluateSettings
@@ -32,7 +33,7 @@ def make_free(bench, part):
     scenes = scenes_of(bench, part)
     sources = part.settings["sources"].split(",")
     errors = {source: errors_of(shards, scenes["test"], source) for source in sources}
-    errors[MEAN] = mean_errors(shards, scenes["train"], scenes["test"])
+    errors[MEAN] = errors_by(mean_homography(shards, scenes["train"]), shards, scenes["test"])
     return score_grids(bench, part, [], ceilings=None) | {"errors": errors}
 
 
@@ -48,6 +49,29 @@ def make_homography(bench, part):
     ogmkit_here("predict", "homography", out, "--checkpoint", run)
     ogmkit_here("render-footprints", out, "--homography", NETWORK, "--scale", 1)
     return {"errors": {NETWORK: errors_of(out, scenes_of(bench, part)["test"], NETWORK)}}
+
+
+def make_turned(bench, part):
+    """Errors of the network and of the mean homography where each log's camera is turned, angle by angle."""
+    network, (shards, _) = bench.at(part.settings["network"]) / "run", data_of(bench, part)
+    scenes = scenes_of(bench, part)
+    mean = mean_homography(shards, scenes["train"])
+    found = {}
+    for angle in part.settings["angles_deg"]:
+        place = bench.at(part.name) / f"{angle:g}"
+        world, out = place / "world", place / "shards"
+        shutil.rmtree(place, ignore_errors=True)
+        write_turned(
+            shards.parent / "world", world, scenes["test"], (angle, angle / 2), part.settings["seed"]
+        )
+        cache = ["--cache-dir", bench.folder / "cache"]
+        ogmkit_here("extract", world, out, "--camera", CAMERA, "--scenes", ",".join(scenes["test"]), *cache)
+        ogmkit_here("predict", "homography", out, "--checkpoint", network)
+        found[f"{angle:g}"] = {
+            NETWORK: errors_of(out, scenes["test"], NETWORK),
+            MEAN: errors_by(mean, out, scenes["test"]),
+        }
+    return {"errors": found}
 
 
 def score_grids(bench, part, runs, ceilings):
@@ -80,15 +104,19 @@ def errors_of(shards, scenes, source):
     return [_of_scene(_stored(shards, scene, source)) for scene in scenes]
 
 
-def mean_errors(shards, train_scenes, test_scenes):
-    """Errors of one homography for all frames: the mean of the training scenes' `surface`."""
+def mean_homography(shards, scenes):
+    """(3, 3) mean of the scenes' `surface`, scaled as shards have them."""
     matrices = []
-    for scene in train_scenes:
+    for scene in scenes:
         with Shard(shards / f"{scene}.h5") as shard:
             group = shard.h5[f"{CAMERA}/homography/surface"]
             matrices.append(group["bev_from_image"][:][group["valid"][:]])
-    mean = np.concatenate(matrices).mean(axis=0)
-    return [_of_scene(_measured(shards, scene, mean)) for scene in test_scenes]
+    return np.concatenate(matrices).mean(axis=0)
+
+
+def errors_by(bev_from_image, shards, scenes):
+    """Errors of one homography for all frames, by scene."""
+    return [_of_scene(_measured(shards, scene, bev_from_image)) for scene in scenes]
 
 
 def _stored(shards, scene, source):

@@ -3,7 +3,7 @@
 import numpy as np
 from bench_grids import MEAN, NETWORK
 from comparisons import in_range, iou_difference, median_ratio, told
-from perception import FLAT, HILLS, NAME, RELIEF_M, parts_of
+from perception import FLAT, HILLS, NAME, RELIEF_M, TURNS_DEG, parts_of
 from result_rows import NOT_RUN, row, sorted_rows
 
 from ogmkit.homography.leave_out import RANGES_M
@@ -48,6 +48,9 @@ def asked(bench):
     for world, head in ((HILLS, "four-point"), (HILLS, "entries"), (FLAT, "four-point")):
         what = f"{world}: network ({head}) / mean homography, median error at 20–40 m"
         lines.append(row(what, "≤ 0.7" if world == HILLS else "", _ratio(bench, world, head)))
+    for angle in TURNS_DEG:
+        what = f"the same (four-point), test cameras turned by up to {angle:g}°"
+        lines.append(row(f"{HILLS}: {what}", "", _turned_ratio(bench, f"{angle:g}")))
     return "\n".join(lines)
 
 
@@ -86,7 +89,7 @@ def errors(bench, world):
     header = [f"{from_m:g}–{to_m:g} m" for from_m, to_m in RANGES_M]
     lines = ["**Error of vehicles' ground corners, m: median / 90th percentile (boxes)**", ""]
     lines += [row("homography", *header), row("---", *["---:"] * len(header))]
-    for name, found in _errors(bench, world):
+    for name, found in (*_errors(bench, world), *_turned_errors(bench, world)):
         cells = [NOT_RUN, "", ""] if found is None else [_spread(in_range(found, *one)) for one in RANGES_M]
         lines.append(row(name, *cells))
     return "\n".join(lines)
@@ -131,6 +134,16 @@ def _errors(bench, world):
         yield _name(part), None if figures is None else figures["errors"][NETWORK]
 
 
+def _turned_errors(bench, world):
+    """The same where test scenes' cameras are turned."""
+    for part in _parts(bench, world, "turned"):
+        figures = _figures_of(bench, part)
+        for angle in TURNS_DEG:
+            for source, name in ((NETWORK, "homography-four-point"), (MEAN, MEAN)):
+                found = None if figures is None else figures["errors"][f"{angle:g}"][source]
+                yield f"{name}, cameras turned by up to {angle:g}°", found
+
+
 def _figures(counts, cells, reading):
     """A row's cells."""
     image, bev = (estimate(np.array(counts[name]), iou) for name in ("image", "bev"))
@@ -172,10 +185,23 @@ def _ratio(bench, world, head):
     free = _figures_of(bench, f"{world}/free")
     if network is None or free is None:
         return NOT_RUN
-    found = [in_range(one, *ASKED_M) for one in (network["errors"][NETWORK], free["errors"][MEAN])]
-    ratio = told(median_ratio(*found), ".2f")
+    return _medians(network["errors"][NETWORK], free["errors"][MEAN])
+
+
+def _turned_ratio(bench, angle):
+    turned = _figures_of(bench, f"{HILLS}/turned")
+    return (
+        NOT_RUN
+        if turned is None
+        else _medians(turned["errors"][angle][NETWORK], turned["errors"][angle][MEAN])
+    )
+
+
+def _medians(network, mean):
+    """Medians and their ratio at the range that is asked about."""
+    found = [in_range(one, *ASKED_M) for one in (network, mean)]
     medians = " / ".join(f"{np.median(np.concatenate(one)):.2f} m" for one in found)
-    return f"{medians}: {ratio}"
+    return f"{medians}: {told(median_ratio(*found), '.2f')}"
 
 
 def _spread(errors):

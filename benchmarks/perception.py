@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from bench_command import run_bench
 from bench_data import make_world, world_settings
-from bench_grids import NETWORK, make_free, make_grids, make_homography
+from bench_grids import NETWORK, make_free, make_grids, make_homography, make_turned
 from bench_parts import Part
 
 NAME = "learn"
@@ -19,6 +19,9 @@ SOURCES = "surface,dlt,plane,calibration"
 FLAT, HILLS = "flat", "hills"
 RELIEF_M = {FLAT: 0, HILLS: 0.5}
 WORLD_SEED = {FLAT: 11, HILLS: 12}
+
+TURNS_DEG = [0.25, 0.5, 1.0, 2.0]
+"""By which test scenes' cameras are turned at most, up or down; half of that about their axis."""
 
 MASK_PRECISION = "bf16-mixed"
 """0.6 of the time of a step where the processor has avx512_bf16."""
@@ -59,6 +62,7 @@ def parts_of(toy):
     yield _homography(HILLS, sizes, "four-point")
     yield _free(HILLS, f"{HILLS}/homography-four-point", NETWORK)
     lidar = ["--lr", 1e-3, "--bev-cell", sizes.bev_cell]
+    yield _turned(HILLS, f"{HILLS}/homography-four-point")
     yield _grids(f"{FLAT}/bev-lidar", 20, ["bev-lidar", *_common(sizes), *_balanced(sizes), *lidar])
     yield from _masks(HILLS, f"{HILLS}/homography-four-point", NETWORK, sizes, sizes.hill_seeds)
     yield _homography(HILLS, sizes, "entries")
@@ -107,6 +111,13 @@ def _homography(world, sizes, head):
     return Part(
         f"{world}/homography-{head}", 12, {"data": data, "seed": 0, "train": train}, make_homography, (data,)
     )
+
+
+def _turned(world, network):
+    """What a network sees of mountings that differ more than those of the world do."""
+    data = f"{world}/data"
+    settings = {"data": data, "network": network, "angles_deg": TURNS_DEG, "seed": 5}
+    return Part(f"{world}/turned", 4, settings, make_turned, (data, network))
 
 
 def _ved(sizes):

@@ -6,10 +6,12 @@ figure is compared with is measured in the same part, in turns.
 """
 
 import json
+import resource
 import shutil
 import subprocess
 import sys
-from dataclasses import dataclass
+import time
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from bench_command import run_bench
@@ -20,11 +22,17 @@ from scale_world import write_world
 from tree import cost_of
 
 from ogmkit.base.atomic import write_json
+from ogmkit.shards import manifest
+from ogmkit.shards.manifest import Manifest, ShardEntry, read_manifest, write_manifest
+from ogmkit.shards.settings import ExtractSettings
 
 NAME = "scale"
 HERE = Path(__file__).resolve().parent
+FIXTURE = HERE.parent / "fixtures" / "nuscenes-synthetic"
 CAMERA = "CAM_FRONT"
 WORKERS = 2
+SMALLEST_MAP = "scene-0002"
+"""A scene on the smallest map."""
 
 
 @dataclass(frozen=True)
@@ -34,9 +42,12 @@ class Sizes:
     scenes: int = 850
     rounds: int = 2
     many_scenes: int = 17_000
+    long: int = 50
+    short: int = 400
+    entries: int = 1_000_000
 
 
-TOY = Sizes(8, 1, 20)
+TOY = Sizes(8, 1, 20, 2, 16, 1_000)
 
 
 def parts_of(toy):
@@ -59,6 +70,9 @@ def parts_of(toy):
         yield Part(name, minutes, {"scenes": sizes.scenes, "rounds": sizes.rounds}, make, needs)
     many = {"scenes": sizes.many_scenes, "key_frames": 5, "sweeps": False}
     yield Part("many-scenes", 15, many, make_many)
+    few = {"rounds": sizes.rounds, "long": sizes.long, "short": sizes.short}
+    yield Part("constants", 8, few, make_constants, ("world", "first", "many-scenes"))
+    yield Part("manifest", 2, {"entries": sizes.entries}, make_manifest)
 
 
 def make_data(bench, part):
@@ -155,6 +169,57 @@ def make_many(bench, part):
     plan = [OGMKIT, "extract", root, out, "--camera", CAMERA, "--images", "none", "--dry-run"]
     costs = [cost_of([*plan, "--cache-dir", cache]).told() for _ in range(2)]
     return {"rows": rows, "plan": costs}
+
+
+def make_constants(bench, part):
+    """Commands that differ in what there is of one thing: table rows, scenes, frames, pixels of a map."""
+    out, cold, warm = bench.at(part.name) / "shards", bench.at(part.name) / "cache", bench.folder / "cache"
+
+    def measured(root, scenes, *options, cache=warm):
+        costs = []
+        for _ in range(part.settings["rounds"]):
+            shutil.rmtree(out, ignore_errors=True)
+            shutil.rmtree(cold, ignore_errors=True)
+            command = [OGMKIT, "extract", root, out, "--camera", CAMERA, "--images", "none", *options]
+            costs.append(cost_of([*command, "--scenes", ",".join(scenes), "--cache-dir", cache]).told())
+        return costs
+
+    found = {"start": measured(FIXTURE, ["scene-0001"], "--dry-run")}
+    for kind, root in (("long", _root(bench)), ("short", bench.at("many-scenes") / "dataset")):
+        names = [f"scene-{number:04d}" for number in range(part.settings[kind])]
+        figures = {"scenes": len(names), "open": measured(root, names[:1], "--dry-run")}
+        for workers in (1, WORKERS):
+            figures[f"workers-{workers}"] = measured(root, names, "--workers", workers)
+        content = json.loads((out / "manifest.json").read_text())["shards"]
+        found[kind] = figures | {
+            "frames": _frames(out),
+            "bytes": _size(out),
+            "entries": len(json.dumps(content)),
+        }
+    for name, cache in (("warm", warm), ("cold", cold)):
+        found[f"map, {name}"] = measured(_root(bench), [SMALLEST_MAP], cache=cache)
+    return found
+
+
+def make_manifest(bench, part):
+    """The manifest of a million scenes: written and read."""
+    place = bench.at(part.name)
+    entry = ShardEntry("", "", "singapore-onenorth", 40, 1_000_000, "0" * 64, ("train",))
+    names = [f"scene-{number:07d}" for number in range(part.settings["entries"])]
+    shards = tuple(replace(entry, scene=name, file=f"{name}.h5") for name in names)
+    seconds = {}
+    for what, act in (
+        (
+            "write",
+            lambda: write_manifest(place, Manifest("v1.0-trainval", "/data", ExtractSettings(), shards)),
+        ),
+        ("read", lambda: read_manifest(place)),
+    ):
+        started = time.perf_counter()
+        act()
+        seconds[what] = round(time.perf_counter() - started, 2)
+    peak_mib = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    return {"seconds": seconds, "bytes": (place / manifest.NAME).stat().st_size, "peak_mib": round(peak_mib)}
 
 
 def _with_workers(bench, part, command):
