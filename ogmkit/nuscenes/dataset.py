@@ -1,6 +1,7 @@
 """A nuScenes-style dataset: scenes as frozen records, checked where they are used (design.md §7)."""
 
 from collections.abc import Iterator, Sequence
+from functools import cached_property
 from pathlib import Path
 from types import TracebackType
 
@@ -15,11 +16,10 @@ from ogmkit.nuscenes.paths import one_line
 from ogmkit.nuscenes.places import ScenePlaces, read_places
 from ogmkit.nuscenes.records import (
     SceneKey,
+    SceneRows,
     frame_records,
     key_frames,
     lidar_records,
-    read_boxes,
-    read_images,
 )
 from ogmkit.nuscenes.rules import Rule, find_violations
 from ogmkit.nuscenes.schema import EDGE_TABLES
@@ -168,11 +168,11 @@ class Dataset:
         channels = tuple(cameras) if lidar is None else (*cameras, lidar)
         self._require_sound(token, name, channels, maps=maps)
         key = self._scene_key(token, name, maps=maps)
-        boxes = read_boxes(self._tables, token)
-        sweeps = {} if lidar is None else lidar_records(read_images(self._tables, token, lidar))
+        boxes = self._scene_rows.boxes(token)
+        sweeps = {} if lidar is None else lidar_records(self._scene_rows.images(token, lidar))
         frames = {}
         for camera in cameras:
-            images = read_images(self._tables, token, camera)
+            images = self._scene_rows.images(token, camera)
             frames[camera] = frame_records(key, camera, images, boxes, sweeps, step_s)
         return SceneRecord(name=name, location=key.location, cameras=frames, log=key.log)
 
@@ -197,13 +197,17 @@ class Dataset:
                 raise SettingsError(f"{self.root}: {unknown(kind, channel, self._channels(kind))}")
         self._require_sound(token, name, (lidar,) if camera is None else (lidar, camera), maps=maps)
         key = self._scene_key(token, name, maps=maps)
-        boxes = read_boxes(self._tables, token)
+        boxes = self._scene_rows.boxes(token)
         by_sample = {}
         if camera is not None:
-            images = read_images(self._tables, token, camera)
+            images = self._scene_rows.images(token, camera)
             frames = frame_records(key, camera, images, boxes, {}, STEP_S)
             by_sample = {frame.sample_token: frame for frame in frames}
-        return key_frames(key, read_images(self._tables, token, lidar), boxes, by_sample)
+        return key_frames(key, self._scene_rows.images(token, lidar), boxes, by_sample)
+
+    @cached_property
+    def _scene_rows(self) -> SceneRows:
+        return SceneRows(self._tables)
 
     def _token(self, name: str) -> str:
         found = self._tables.rows(f"SELECT token FROM scene WHERE {_NAME} = ?", [name])
@@ -215,10 +219,18 @@ class Dataset:
         return token
 
     def _channels(self, modality: str) -> tuple[str, ...]:
-        return self._names(
-            "SELECT DISTINCT channel FROM sensor WHERE modality = ? AND channel IS NOT NULL ORDER BY channel",
-            modality,
-        )
+        return self._channels_of.get(modality, ())
+
+    @cached_property
+    def _channels_of(self) -> dict[str, tuple[str, ...]]:
+        """Modality → channel names, sorted."""
+        found: dict[str, tuple[str, ...]] = {}
+        for modality, channel in self._tables.rows(
+            "SELECT DISTINCT modality, channel FROM sensor "
+            "WHERE modality IS NOT NULL AND channel IS NOT NULL ORDER BY channel"
+        ):
+            found[modality] = (*found.get(modality, ()), channel)
+        return found
 
     def _load_or_leave(self, table: str) -> TableError | None:
         """Load a table, or an empty one in its place where it can't be read: then why."""

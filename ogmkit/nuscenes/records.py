@@ -3,37 +3,38 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ogmkit.frames import Boxes, FrameRecord, KeyFrame, LidarRecord, neighbours
 from ogmkit.geometry.se3 import pose_matrix
+from ogmkit.nuscenes.ahead import Columns, ReadAhead
 from ogmkit.nuscenes.tables import Tables, stacked
 from ogmkit.nuscenes.visibility import BY_TOKEN
 from ogmkit.typing import FloatArray
 
+_SCENES = """
+SELECT token, min(rowid) FROM scene
+WHERE token IS NOT NULL GROUP BY token ORDER BY min(coalesce(name, token)), token
+"""
 _IMAGES = """
-SELECT k.sample_token, k.token, k.timestamp, k.filename, k.width, k.height, k.translation, k.rotation,
-       c.translation AS sensor_translation, c.rotation AS sensor_rotation, c.camera_intrinsic
+SELECT k.scene, k.sample_token, k.token, k.timestamp, k.filename, k.width, k.height, k.translation,
+       k.rotation, c.translation AS sensor_translation, c.rotation AS sensor_rotation, c.camera_intrinsic
 FROM key_frame k JOIN calibrated_sensor c ON c.token = k.calibrated_sensor_token
-WHERE k.scene = ? AND k.channel = ?
+WHERE k.scene IN (SELECT unnest($scenes::VARCHAR[])) AND k.channel = $channel
 ORDER BY k.sample_timestamp
 """
 # A sample's annotations in file order, as the devkit lists them.
 _ANNOTATIONS = f"""
-SELECT a.token, a.sample_token, a.instance_token, c.name AS category, a.translation, a.rotation, a.size,
-       coalesce(v.number, 0) AS visibility, coalesce(a.num_lidar_pts, -1) AS num_lidar_pts
+SELECT a.scene_row AS scene, a.token, a.sample_token, a.instance_token, c.name AS category, a.translation,
+       a.rotation, a.size, coalesce(v.number, 0) AS visibility, coalesce(a.num_lidar_pts, -1) AS num_lidar_pts
 FROM sample_annotation a
 JOIN instance i ON i.token = a.instance_token
 JOIN category c ON c.token = i.category_token
 LEFT JOIN {BY_TOKEN} v ON v.token = a.visibility_token
-WHERE a.scene_row = (SELECT rowid FROM scene WHERE token = ?)
+WHERE a.scene_row IN (SELECT unnest($rows::BIGINT[]))
 ORDER BY a.rowid
 """
-
-Columns = Mapping[str, NDArray[Any]]
 
 
 @dataclass(frozen=True)
@@ -48,25 +49,46 @@ class SceneKey:
     map_path: str
 
 
-def read_images(tables: Tables, scene_token: str, channel: str) -> Columns:
-    """The columns of a scene's key-frame data of one camera or LiDAR, in temporal order."""
-    return tables.arrays(_IMAGES, [scene_token, channel])
+class SceneRows:
+    """Rows of scenes, read ahead in the order of the scenes' names.
 
+    Args:
+        tables: with the table `key_frame`.
+    """
 
-def read_boxes(tables: Tables, scene_token: str) -> dict[str, Boxes]:
-    """Sample token → that key frame's boxes; samples without annotations are left out."""
-    rows = tables.arrays(_ANNOTATIONS, [scene_token])
-    boxes = Boxes(
-        annotation_token=tuple(rows["token"]),
-        instance_token=tuple(rows["instance_token"]),
-        category=tuple(rows["category"]),
-        global_from_box=pose_matrix(stacked(rows["translation"], (3,)), stacked(rows["rotation"], (4,))),
-        size_wlh=stacked(rows["size"], (3,)),
-        visibility=rows["visibility"].astype(np.uint8),
-        num_lidar_pts=rows["num_lidar_pts"].astype(np.int64),
-    )
-    sample_tokens, inverse = np.unique(rows["sample_token"].astype(str), return_inverse=True)
-    return {str(token): boxes.selected(inverse == i) for i, token in enumerate(sample_tokens)}
+    def __init__(self, tables: Tables) -> None:
+        self._tables = tables
+        self._row_of: dict[str, int] = dict(tables.rows(_SCENES))
+        self._annotations = ReadAhead(
+            tables, tuple(self._row_of.values()), _ANNOTATIONS, lambda rows: {"rows": rows}
+        )
+        self._images: dict[str, ReadAhead] = {}
+
+    def images(self, scene_token: str, channel: str) -> Columns:
+        """The columns of a scene's key-frame data of one camera or LiDAR, in temporal order."""
+        if channel not in self._images:
+            self._images[channel] = ReadAhead(
+                self._tables,
+                tuple(self._row_of),
+                _IMAGES,
+                lambda scenes: {"scenes": scenes, "channel": channel},
+            )
+        return self._images[channel].rows(scene_token)
+
+    def boxes(self, scene_token: str) -> dict[str, Boxes]:
+        """Sample token → that key frame's boxes; samples without annotations are left out."""
+        rows = self._annotations.rows(self._row_of[scene_token])
+        boxes = Boxes(
+            annotation_token=tuple(rows["token"]),
+            instance_token=tuple(rows["instance_token"]),
+            category=tuple(rows["category"]),
+            global_from_box=pose_matrix(stacked(rows["translation"], (3,)), stacked(rows["rotation"], (4,))),
+            size_wlh=stacked(rows["size"], (3,)),
+            visibility=rows["visibility"].astype(np.uint8),
+            num_lidar_pts=rows["num_lidar_pts"].astype(np.int64),
+        )
+        sample_tokens, inverse = np.unique(rows["sample_token"].astype(str), return_inverse=True)
+        return {str(token): boxes.selected(inverse == i) for i, token in enumerate(sample_tokens)}
 
 
 def no_boxes() -> Boxes:
@@ -107,7 +129,7 @@ def frame_records(
     Args:
         key: the scene.
         camera: the channel.
-        rows: what `read_images` gave for it.
+        rows: what `SceneRows.images` gave for it.
         boxes: by sample token.
         lidar: by sample token; empty where none is wanted.
         step_s: time from one neighbour to the next.
@@ -147,7 +169,7 @@ def key_frames(
 
     Args:
         key: the scene.
-        sweeps: what `read_images` gave for the LiDAR.
+        sweeps: what `SceneRows.images` gave for the LiDAR.
         boxes: by sample token.
         cameras: frames of the front camera by sample token; empty where none are wanted.
     """

@@ -74,6 +74,7 @@ def require_known_names(dataset: SceneSource, settings: ExtractSettings, scenes:
 
 
 def _require(kind: str, names: Iterable[str], known: Sequence[str], root: Path) -> None:
+    there = frozenset(known)  # of a million scenes, each would look through half of them
     for name in names:
-        if name not in known:
+        if name not in there:
             raise SettingsError(f"{root}: {unknown(kind, name, known)}")
