@@ -1,4 +1,4 @@
-"""Put the tables of the benchmarks in parts into RESULTS.md, between their markers.
+"""Put the tables of the benchmarks in parts into RESULTS.md and docs/scaling.md, between their markers.
 
 `python benchmarks/assemble.py`; what has not been run is called so.
 """
@@ -7,6 +7,7 @@ import argparse
 import sys
 from pathlib import Path
 
+import cost_model
 import learn_tables
 import plan_tables
 import real_tables
@@ -15,11 +16,18 @@ from bench_command import RESULTS
 from bench_parts import Bench
 from result_rows import state
 
-PAGE = Path(__file__).resolve().parent / "RESULTS.md"
+HERE = Path(__file__).resolve().parent
+PAGE, SCALING = HERE / "RESULTS.md", HERE.parent / "docs" / "scaling.md"
 TABLES = {
     "python benchmarks/perception.py": learn_tables,
     "python benchmarks/planning.py": plan_tables,
     "python benchmarks/scale.py": scale_tables,
+}
+
+COST_TABLES = {
+    "constants": cost_model.constants_table,
+    "checks": cost_model.checks_table,
+    "carried on": cost_model.carried_on_table,
 }
 
 
@@ -29,6 +37,7 @@ def main(arguments=None):
     )
     parser.add_argument("--results", type=Path, default=RESULTS, help="where the parts' figures are")
     parser.add_argument("--page", type=Path, default=PAGE, help="the file with the markers")
+    parser.add_argument("--scaling", type=Path, default=SCALING, help="the page on scaling")
     options = parser.parse_args(arguments)
     page = options.page.read_text(encoding="utf-8")
     for command, tables in TABLES.items():
@@ -36,6 +45,13 @@ def main(arguments=None):
         page = between(page, tables.NAME, f"{state(bench, command)}\n\n{tables.text(bench)}")
     page = between(page, real_tables.NAME, real_tables.text(options.results))
     options.page.write_text(page, encoding="utf-8")
+    page = options.scaling.read_text(encoding="utf-8")
+    bench = Bench(
+        options.results, options.results / scale_tables.NAME, tuple(scale_tables.parts_of(toy=False))
+    )
+    for name, table in COST_TABLES.items():
+        page = between(page, name, table(bench))
+    options.scaling.write_text(page, encoding="utf-8")
 
 
 def between(page, name, text):

@@ -233,10 +233,13 @@ class TestPage:
     """What stands in RESULTS.md between the markers."""
 
     def test_it_is_what_the_results_give(self, bench, tmp_path):
-        page = tmp_path / "RESULTS.md"
-        page.write_text((BENCHMARKS / "RESULTS.md").read_text(encoding="utf-8"), encoding="utf-8")
-        bench.assemble.main(["--page", str(page)])
-        assert page.read_text(encoding="utf-8") == (BENCHMARKS / "RESULTS.md").read_text(encoding="utf-8")
+        pages = {tmp_path / one.name: one for one in (bench.assemble.PAGE, bench.assemble.SCALING)}
+        for copy, page in pages.items():
+            copy.write_text(page.read_text(encoding="utf-8"), encoding="utf-8")
+        copied = [str(copy) for copy in pages]
+        bench.assemble.main(["--page", copied[0], "--scaling", copied[1]])
+        for copy, page in pages.items():
+            assert copy.read_text(encoding="utf-8") == page.read_text(encoding="utf-8")
 
     def test_without_results_every_row_says_so(self, bench, tmp_path):
         for tables in (bench.learn_tables, bench.plan_tables):
