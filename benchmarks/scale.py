@@ -16,7 +16,7 @@ from pathlib import Path
 
 from bench_command import run_bench
 from bench_parts import Part
-from big_tables import Extent
+from big_tables import CAMERAS, Extent
 from commands import OGMKIT
 from scale_world import write_world
 from tree import cost_of
@@ -119,7 +119,7 @@ def make_six(bench, part):
     """All six cameras."""
     out = bench.at(part.name) / "shards"
     shutil.rmtree(out, ignore_errors=True)
-    cost = _extract(bench, out, workers=WORKERS, camera=())
+    cost = _extract(bench, out, workers=WORKERS, cameras=CAMERAS)
     told = {"extract": cost.told(), "frames": _frames(out), "bytes": _size(out)}
     shutil.rmtree(out)
     return told
@@ -230,9 +230,10 @@ def _with_workers(bench, part, command):
     return found
 
 
-def _extract(bench, out, *options, workers, camera=("--camera", CAMERA)):
+def _extract(bench, out, *options, workers, cameras=(CAMERA,)):
     where = [_root(bench), out, "--cache-dir", bench.folder / "cache"]
-    return cost_of([OGMKIT, "extract", *where, *camera, *options, "--images", "none", "--workers", workers])
+    chosen = ["--camera", ",".join(cameras), *options]
+    return cost_of([OGMKIT, "extract", *where, *chosen, "--images", "none", "--workers", workers])
 
 
 def _bare(bench, out, scenes):
