@@ -1,6 +1,6 @@
 """Frame records: all that targets are made from, frozen, light and picklable."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
 
@@ -38,6 +38,10 @@ class Boxes:
 
     def __len__(self) -> int:
         return len(self.annotation_token)
+
+    def part(self, first: int, stop: int) -> "Boxes":
+        """Boxes first … stop − 1."""
+        return Boxes(*(getattr(self, field.name)[first:stop] for field in fields(self)))
 
     def selected(self, keep: BoolArray) -> "Boxes":
         """The boxes where the (M,) mask holds."""

@@ -21,7 +21,7 @@ from ogmkit.nuscenes.records import (
     key_frames,
     lidar_records,
 )
-from ogmkit.nuscenes.rules import Rule, find_violations
+from ogmkit.nuscenes.rules import CONCERNS, Rule, find_violations
 from ogmkit.nuscenes.schema import EDGE_TABLES
 from ogmkit.nuscenes.soundness import REMEDY, require_sound
 from ogmkit.nuscenes.tables import Tables
@@ -29,6 +29,16 @@ from ogmkit.nuscenes.uses import prepare
 from ogmkit.nuscenes.versions import find_version
 
 _NAME = "coalesce(name, token)"
+_FRAME_TOKENS = f"""
+SELECT s.name, k.channel, list(k.token ORDER BY k.sample_timestamp)
+FROM key_frame k
+JOIN (
+    SELECT any_value(token) AS token, {_NAME} AS name FROM scene GROUP BY 2 HAVING count(*) = 1
+) s ON s.token = k.scene
+WHERE NOT $no_maps AND list_contains($channels, k.channel)
+  AND k.scene NOT IN (SELECT scene FROM violation WHERE scene IS NOT NULL AND {CONCERNS})
+GROUP BY s.name, k.channel
+"""
 
 
 class Dataset:
@@ -209,6 +219,29 @@ class Dataset:
     def _scene_rows(self) -> SceneRows:
         return SceneRows(self._tables)
 
+    def frame_tokens(
+        self, cameras: Sequence[str], *, lidar: str | None = None, maps: bool = True
+    ) -> dict[str, dict[str, tuple[str, ...]]]:
+        """Scene → camera → tokens of its frames, in temporal order, of all scenes that `scene` would give.
+
+        Args:
+            cameras: as of `scene`, as the others are.
+            lidar: a channel that must have key frames.
+            maps: whether the map has to be sound.
+        """
+        channels = [*cameras] if lidar is None else [*cameras, lidar]
+        self._find_violations()
+        found: dict[str, dict[str, tuple[str, ...]]] = {}
+        for name, channel, tokens in self._tables.rows(
+            _FRAME_TOKENS, {"channels": channels, "maps": maps, "no_maps": maps and self._no_maps is not None}
+        ):
+            found.setdefault(name, {})[channel] = tuple(tokens)
+        return {
+            name: {camera: by_channel[camera] for camera in cameras}
+            for name, by_channel in found.items()
+            if len(by_channel) == len(channels)
+        }
+
     def _token(self, name: str) -> str:
         found = self._tables.rows(f"SELECT token FROM scene WHERE {_NAME} = ?", [name])
         if not found:
@@ -254,9 +287,12 @@ class Dataset:
         """Raise the first violation among what a scene's frames use."""
         if maps and self._no_maps is not None:
             raise TableError(f"{self._no_maps}, or extract with --no-map", kind="map.json is unreadable")
+        self._find_violations()
+        require_sound(self._tables, self._rules, (token, name), channels, maps=maps)
+
+    def _find_violations(self) -> None:
         if not self._rules:
             self._rules = {rule.id: rule for rule in find_violations(self._tables)}
-        require_sound(self._tables, self._rules, (token, name), channels, maps=maps)
 
     def _names(self, sql: str, *parameters: str) -> tuple[str, ...]:
         return tuple(row[0] for row in self._tables.rows(sql, parameters))

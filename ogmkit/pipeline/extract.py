@@ -5,6 +5,7 @@ import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 
 from ogmkit.base.execution import DEFAULT_EXECUTION, Execution, run_over
@@ -16,13 +17,13 @@ from ogmkit.pipeline import output
 from ogmkit.pipeline.extract_summary import ExtractSummary, SceneFailure
 from ogmkit.pipeline.frame_files import Refusal, prepare
 from ogmkit.pipeline.maps import MapsAhead
-from ogmkit.pipeline.output import Request
-from ogmkit.pipeline.scene_shard import Outcome, Task, make_shard
+from ogmkit.pipeline.output import Contents, Request
+from ogmkit.pipeline.scene_shard import Look, Outcome, Task, kept, make_shard
 from ogmkit.pipeline.selection import read_scene, require_known_names
 from ogmkit.pipeline.sources import SceneSource
 from ogmkit.shards.manifest import LOCK, Manifest, ShardEntry, write_manifest
 from ogmkit.shards.settings import ExtractSettings
-from ogmkit.shards.summary import ShardSummary, spread, summarise
+from ogmkit.shards.summary import Expected, ShardSummary, spread, summarise
 
 _LOG = logging.getLogger(__name__)
 
@@ -71,19 +72,45 @@ def extract(
         contents = output.check_contents(request)
         output.begin(request)
         ahead = MapsAhead(cache_dir) if execution.beside and not settings.targets.no_map else None
-        tasks = _tasks(dataset, request, contents.checksums, cache_dir, ahead)
         what = ", ".join((*settings.cameras, *(f"labels by {one.name}" for one in settings.labels)))
         tell(Found(f"{with_number(len(request.scenes), 'scene')} with {what}; {execution.place}"))
         shared = (dataset.root, out / LOCK)
-        with closing(run_over(make_shard, tasks, execution, shared=shared)) as done:
-            for outcome in done:
-                if strict and outcome.state == "failed" and isinstance(outcome.result, OgmkitError):
-                    raise outcome.result
-                outcomes.append(outcome)
-                _LOG.debug("%s: %s", outcome.scene, outcome.state)
-                execution.report(len(outcomes), len(request.scenes))
+        todo = request.scenes
+        if looks := _looks(dataset, request, contents):
+            with closing(run_over(kept, looks, execution, shared=shared)) as found:
+                for outcome in found:
+                    if outcome is not None:
+                        outcomes.append(outcome)
+                        execution.report(len(outcomes), len(request.scenes))
+            there = {outcome.scene for outcome in outcomes}
+            todo = tuple(name for name in todo if name not in there)
+        if todo:
+            tasks = _tasks(dataset, replace(request, scenes=todo), contents.checksums, cache_dir, ahead)
+            with closing(run_over(make_shard, tasks, execution, shared=shared)) as done:
+                for outcome in done:
+                    if strict and outcome.state == "failed" and isinstance(outcome.result, OgmkitError):
+                        raise outcome.result
+                    outcomes.append(outcome)
+                    _LOG.debug("%s: %s", outcome.scene, outcome.state)
+                    execution.report(len(outcomes), len(request.scenes))
         _finish(dataset, request, contents.others, outcomes, splits)
     return _summary(request, outcomes, time.monotonic() - started)
+
+
+def _looks(dataset: SceneSource, request: Request, contents: Contents) -> list[Look]:
+    """What to look at before anything is read of a scene but its tokens: shards that may be as wanted."""
+    settings, targets = request.settings, request.settings.targets
+    there = [name for name in request.scenes if request.path(name).exists()]
+    if request.overwrite or settings.labels or not there:
+        return []
+    expected = dataset.frame_tokens(settings.cameras, lidar=targets.lidar_source, maps=not targets.no_map)
+    one = replace(request, scenes=())  # a worker needs no names of others
+    return [
+        Look(Expected(name, expected[name]), one, contents.checksums.get(file), file in contents.untouched)
+        for name in there
+        if name in expected
+        for file in (request.path(name).name,)
+    ]
 
 
 def _tasks(
@@ -94,6 +121,7 @@ def _tasks(
     ahead: MapsAhead | None,
 ) -> Iterator[Task]:
     """Read one scene's records after the other, as workers become free."""
+    one = replace(request, scenes=())
     for name in request.scenes:
         scene: SceneRecord | OgmkitError
         try:
@@ -102,7 +130,7 @@ def _tasks(
                 ahead.decode(scene)
         except OgmkitError as error:
             scene = error
-        yield Task(name, scene, request, cache_dir, checksums.get(request.path(name).name))
+        yield Task(name, scene, one, cache_dir, checksums.get(request.path(name).name))
 
 
 def _is_new(scene: SceneRecord, request: Request) -> bool:

@@ -61,10 +61,12 @@ class Contents:
     Attributes:
         others: whole shards of scenes that were not chosen, with the same settings.
         checksums: file name → (bytes, SHA-256) by the manifest of a finished folder; else empty.
+        untouched: names of files that nobody has written to since that manifest was.
     """
 
     others: tuple[Path, ...]
     checksums: dict[str, tuple[int, str]]
+    untouched: frozenset[str]
 
 
 def check_place(out: Path, dataroot: Path) -> None:
@@ -89,8 +91,14 @@ def check_contents(request: Request) -> Contents:
     out = request.out
     with output_errors(out):
         names = {path.name for path in out.iterdir() if not is_part(path)} if out.exists() else set()
-    shards = {name: there for name in names if (there := _shard_configuration(out / name)) is not None}
     manifest = _manifest(out) if MANIFEST in names else None
+    trusted = manifest if not names & {MARKER, AMENDING} else None
+    untouched = _untouched(out, names, trusted)
+    shards = {
+        name: there
+        for name in names
+        if (there := _known(trusted) if name in untouched else _shard_configuration(out / name)) is not None
+    }
     only_shards = bool(shards) and names <= shards.keys() | {LOCK, MANIFEST, AMENDING}
     if names - {LOCK} and MARKER not in names and manifest is None and not only_shards:
         raise OutputError(f"{out}: is not empty, and no ogmkit run made it; choose another OUT")
@@ -104,10 +112,10 @@ def check_contents(request: Request) -> Contents:
             _refuse_difference(request, out / name, there, "choose its scene as well, or another OUT")
         elif declared is None and not request.overwrite:
             _refuse_difference(request, out / name, there, "use --overwrite or another OUT")
-    trusted = manifest.shards if manifest is not None and not names & {MARKER, AMENDING} else ()
     return Contents(
         others=tuple(sorted(out / name for name in shards.keys() - chosen)),
-        checksums={entry.file: (entry.bytes, entry.sha256) for entry in trusted},
+        checksums={entry.file: (entry.bytes, entry.sha256) for entry in trusted.shards} if trusted else {},
+        untouched=untouched,
     )
 
 
@@ -180,9 +188,30 @@ def _declared(out: Path, names: set[str], manifest: Manifest | None) -> dict[str
     """The configuration of the last run, as it said itself."""
     if MARKER in names:
         return read_json(out / MARKER)
+    return _known(manifest)
+
+
+def _known(manifest: Manifest | None) -> dict[str, Any] | None:
+    """The configuration of all shards by their manifest."""
     if manifest is None:
         return None
     return {"dataset_version": manifest.dataset_version, **manifest.settings.to_dict()}
+
+
+def _untouched(out: Path, names: set[str], manifest: Manifest | None) -> frozenset[str]:
+    """Files of the size that the manifest says, and older than it: as they were when it was written."""
+    if manifest is None:
+        return frozenset()
+    with output_errors(out):
+        written_ns = (out / MANIFEST).stat().st_mtime_ns
+        states = {one.file: (out / one.file).stat() for one in manifest.shards if one.file in names}
+    return frozenset(
+        one.file
+        for one in manifest.shards
+        if (state := states.get(one.file)) is not None
+        and state.st_size == one.bytes
+        and state.st_mtime_ns < written_ns
+    )
 
 
 def _shard_configuration(path: Path) -> dict[str, Any] | None:

@@ -9,7 +9,7 @@ from ogmkit.pipeline.output import Request
 from ogmkit.shards.faults import H5_ERRORS
 from ogmkit.shards.left_out import left_out_frames
 from ogmkit.shards.reader import Shard
-from ogmkit.shards.summary import is_current
+from ogmkit.shards.summary import Expected, is_current
 
 
 def is_up_to_date(path: Path, scene: SceneRecord, request: Request, *, read: bool = True) -> bool:
@@ -28,7 +28,7 @@ def is_up_to_date(path: Path, scene: SceneRecord, request: Request, *, read: boo
         DataFileError: the system refuses to read a file of a frame that was left out.
     """
     settings, version = request.settings, request.dataset_version
-    if is_current(path, scene, settings, version):
+    if is_current(path, Expected.of(scene, settings), settings, version):
         return True
     if not settings.skip_bad_frames:
         return False
@@ -36,7 +36,7 @@ def is_up_to_date(path: Path, scene: SceneRecord, request: Request, *, read: boo
     tokens = {frame.sample_data_token for frames in left_out.values() for frame in frames}
     return (
         bool(tokens)
-        and is_current(path, without(scene, left_out), settings, version)
+        and is_current(path, Expected.of(without(scene, left_out), settings), settings, version)
         and all(
             frame_fault(frame, settings.targets, read=read)
             for frames in scene.cameras.values()

@@ -10,7 +10,7 @@ from ogmkit.nuscenes.maps import MaskStore
 from ogmkit.pipeline.frame_files import Absence, Refusal, prepare
 from ogmkit.pipeline.output import Request
 from ogmkit.pipeline.resuming import is_up_to_date
-from ogmkit.shards.summary import ShardSummary, summarise
+from ogmkit.shards.summary import Expected, ShardSummary, is_current, summarise
 from ogmkit.shards.writer import write_shard
 
 
@@ -48,6 +48,37 @@ class Outcome:
     result: ShardSummary | OgmkitError
     state: Literal["written", "kept", "failed", "left out"]
     absent: tuple[Absence, ...] = ()
+
+
+@dataclass(frozen=True)
+class Look:
+    """A shard that may be what is wanted.
+
+    Attributes:
+        expected: what it should hold.
+        request: what the run wants to make.
+        checksum: as of `Task`.
+        untouched: nobody has written to it since it was found whole.
+    """
+
+    expected: Expected
+    request: Request
+    checksum: tuple[int, str] | None
+    untouched: bool
+
+
+def kept(look: Look) -> Outcome | None:
+    """The outcome of a scene whose shard is there and as wanted; else None.
+
+    Raises:
+        UnreadableShardError: the system refuses to read the shard.
+    """
+    request, scene = look.request, look.expected.scene
+    path = request.path(scene)
+    settings, version = request.settings, request.dataset_version
+    if not is_current(path, look.expected, settings, version, whole=look.untouched):
+        return None
+    return Outcome(scene, _known(path, look.checksum), "kept")
 
 
 def make_shard(task: Task) -> Outcome:

@@ -1,7 +1,7 @@
 """Where an extraction's scenes come from: a dataset's tables, or records that were made in Python."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
@@ -48,6 +48,11 @@ class SceneSource(Protocol):
         self, name: str, *, lidar: str, camera: str | None = None, maps: bool = False
     ) -> tuple[KeyFrame, ...]:
         """One scene's samples, in temporal order, for labels by name."""
+
+    def frame_tokens(
+        self, cameras: Sequence[str], *, lidar: str | None = None, maps: bool = True
+    ) -> Mapping[str, Mapping[str, tuple[str, ...]]]:
+        """Scene → camera → tokens of its frames; as many scenes as are told of at little cost."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,6 +114,13 @@ class RecordDataset:
             if scene.name == name:
                 return SceneRecord(name, scene.location, self._chosen(scene, cameras), log=scene.log)
         raise SettingsError(f"{self.root}: {unknown('scene', name, self.scene_names())}")
+
+    def frame_tokens(
+        self, cameras: Sequence[str], *, lidar: str | None = None, maps: bool = True
+    ) -> dict[str, dict[str, tuple[str, ...]]]:
+        """None: the records are at hand."""
+        del cameras, lidar, maps
+        return {}
 
     def key_frames(
         self, name: str, *, lidar: str, camera: str | None = None, maps: bool = False

@@ -1,7 +1,7 @@
 """Whether what a shard says in one place agrees with what it says in another."""
 
 from collections.abc import Callable, Iterator
-from itertools import chain, pairwise
+from itertools import chain, pairwise, repeat
 
 import numpy as np
 
@@ -100,22 +100,23 @@ def _boxes(shard: Shard, camera: str) -> Iterator[str]:
 
 def _rasters(shard: Shard, camera: str, *, make_again: bool) -> Iterator[str]:
     attributes = shard.attributes(camera)
-    makers: dict[str, Callable[[Shard, str, int], UInt8Array] | None] = {
+    makers: dict[str, Callable[[Shard, str], Iterator[UInt8Array]] | None] = {
         "drivable": None,
         "vehicles": _vehicles,
-        "field_of_view": _field_of_view,
+        "field_of_view": _fields_of_view,
     }
     for name, make in makers.items():
         if name == "drivable" and shard.settings.targets.no_map:
             continue
         dataset, frames, ones = shard.dataset(camera, name), shard.frames(camera), 0
         binary, same = np.ones((2, frames), dtype=np.bool_)
-        for frame in range(frames):
+        again = make(shard, camera) if make is not None and make_again else repeat(None, frames)
+        for frame, made in enumerate(again):
             mask = dataset[frame]
             binary[frame] = mask.max() <= 1
             ones += int(np.count_nonzero(mask))
-            if make is not None and make_again:
-                same[frame] = np.mean(mask != make(shard, camera, frame)) <= RASTER_TOLERANCE
+            if made is not None:
+                same[frame] = np.count_nonzero(mask != made) <= RASTER_TOLERANCE * mask.size
         yield from first_wrong(f"{name} holds other values than 0 and 1 in", ~binary)
         yield from first_wrong(f"{name} contradicts boxes, poses or calibration in", ~same)
         share = _SHARES[name]
@@ -124,17 +125,19 @@ def _rasters(shard: Shard, camera: str, *, make_again: bool) -> Iterator[str]:
             yield f"{name} covers {ones / dataset.size:.6f} of its cells, not as attribute {share} says"
 
 
-def _vehicles(shard: Shard, camera: str, frame: int) -> UInt8Array:
-    settings = shard.settings.targets
-    shown = select(shard.boxes(camera, frame), *settings.labels)
-    return vehicle_mask(settings.grid, shard.dataset(camera, "level_from_global")[frame], shown)
+def _vehicles(shard: Shard, camera: str) -> Iterator[UInt8Array]:
+    settings, poses = shard.settings.targets, shard.dataset(camera, "level_from_global")[:]
+    for to_level, boxes in zip(poses, shard.boxes_by_frame(camera), strict=True):
+        yield vehicle_mask(settings.grid, to_level, select(boxes, *settings.labels))
 
 
-def _field_of_view(shard: Shard, camera: str, frame: int) -> UInt8Array:
-    names = ("level_from_global", "global_from_ego", "ego_from_camera", "intrinsics")
-    to_level, to_global, to_ego, intrinsics = (shard.dataset(camera, name)[frame] for name in names)
-    height, width = shard.dataset(camera, "image_size")[frame].tolist()
-    return field_of_view_mask(shard.grid, intrinsics, to_level @ to_global @ to_ego, (height, width))
+def _fields_of_view(shard: Shard, camera: str) -> Iterator[UInt8Array]:
+    names = ("level_from_global", "global_from_ego", "ego_from_camera", "intrinsics", "image_size")
+    for to_level, to_global, to_ego, intrinsics, size in zip(
+        *(shard.dataset(camera, name)[:] for name in names), strict=True
+    ):
+        height, width = size.tolist()
+        yield field_of_view_mask(shard.grid, intrinsics, to_level @ to_global @ to_ego, (height, width))
 
 
 def _images(shard: Shard, camera: str) -> Iterator[str]:

@@ -33,22 +33,20 @@ def further_problems(shard: Shard, camera: str) -> Iterator[str]:
     if not settings.further:
         return
     wrong: defaultdict[str, BoolArray] = defaultdict(lambda: np.zeros(shard.frames(camera), np.bool_))
-    frames = range(shard.frames(camera))
-    numbers = instance_numbers((shard.boxes(camera, frame) for frame in frames), settings)
+    boxes = shard.boxes_by_frame(camera)
+    numbers = instance_numbers(boxes, settings)
     if settings.instances and shard.strings(camera, INSTANCE_TOKENS.name) != tuple(numbers):
         yield f"/{camera}/{INSTANCE_TOKENS.name} are not the vehicles among the boxes, as they appear"
         return
     following = _following(shard, camera)
-    for frame in frames:
+    for frame, shown in enumerate(boxes):
         for name in (field.name for field in further_fields(settings)):
             wrong[f"{name} holds other values than 0 and 1"][frame] = (
                 _row(shard, camera, name, frame).max() > 1
             )
-        around = Around(
-            {}, numbers, [None if row < 0 else shard.boxes(camera, row) for row in following[frame]]
-        )
+        around = Around({}, numbers, [None if row < 0 else boxes[row] for row in following[frame]])
         level_from_global = shard.dataset(camera, "level_from_global")[frame]
-        made = further_targets(level_from_global, shard.boxes(camera, frame), settings, around)
+        made = further_targets(level_from_global, shown, settings, around)
         for name, expected in made.items():
             found = _row(shard, camera, name, frame)
             wrong[f"{name} contradicts boxes or poses"][frame] = _differ(found, expected)

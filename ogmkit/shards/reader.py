@@ -2,6 +2,7 @@
 
 import json
 from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -195,8 +196,14 @@ class Shard:
     def boxes(self, camera: str, frame: int) -> Boxes:
         """All boxes of a frame."""
         first, stop = self.dataset(camera, "boxes/offsets")[frame : frame + 2]
-        rows = slice(int(first), int(stop))
+        return self._boxes(camera, slice(int(first), int(stop)))
 
+    def boxes_by_frame(self, camera: str) -> tuple[Boxes, ...]:
+        """The boxes of all frames, read at once: for whoever needs most of them."""
+        boxes, bounds = self._boxes(camera, slice(None)), self.dataset(camera, "boxes/offsets")[:].tolist()
+        return tuple(boxes.part(first, stop) for first, stop in pairwise(bounds))
+
+    def _boxes(self, camera: str, rows: slice) -> Boxes:
         def read(name: str) -> Any:  # noqa: ANN401  # arrays of several dtypes
             return self.dataset(camera, f"boxes/{name}")[rows]
 

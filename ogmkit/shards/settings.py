@@ -111,8 +111,9 @@ class ExtractSettings:
         What is left out is not among them: a shard says itself which frames it lacks.
         """
         targets = dataclasses.asdict(replace(self.targets, max_gap_s=self.targets.gap_s))
+        defaults = TargetSettings()
         for name in _LATER:
-            if getattr(self.targets, name) == getattr(TargetSettings(), name):
+            if getattr(self.targets, name) == getattr(defaults, name):
                 del targets[name]
         for name in ("layers", "classes"):
             if name in targets:

@@ -1,7 +1,7 @@
 """A shard in figures, and whether it is what an extraction would write."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -109,8 +109,44 @@ def _step(attributes: Mapping[str, Any]) -> tuple[float, float, float]:
     return typical, shortest, longest
 
 
-def is_current(path: Path, scene: SceneRecord, settings: ExtractSettings, dataset_version: str) -> bool:
-    """Whether `path` is a whole shard of this very scene with these settings.
+@dataclass(frozen=True)
+class Expected:
+    """What a scene's shard holds, by tokens.
+
+    Attributes:
+        scene: the scene's name.
+        frames: camera → `sample_data` tokens, in temporal order.
+        left_out: the same of frames that are left out; cameras without any may be absent.
+        samples: place of labels → tokens of the samples that are their rows.
+    """
+
+    scene: str
+    frames: Mapping[str, tuple[str, ...]]
+    left_out: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    samples: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, scene: SceneRecord, settings: ExtractSettings) -> "Expected":
+        """Of a scene's records."""
+        frames = {camera: _tokens(some) for camera, some in scene.cameras.items()}
+        left_out = {camera: _tokens(some) for camera, some in scene.left_out.items()}
+        samples: dict[str, tuple[str, ...]] = {
+            one.place: sample_tokens(scene, one) for one in settings.labels
+        }
+        return cls(scene.name, frames, left_out, samples)
+
+
+def is_current(
+    path: Path, expected: Expected, settings: ExtractSettings, dataset_version: str, *, whole: bool = False
+) -> bool:
+    """Whether `path` is a whole shard of this very content with these settings.
+
+    Args:
+        path: the file.
+        expected: the content.
+        settings: how it was extracted.
+        dataset_version: the source's tables.
+        whole: whether the file is known to be whole; else all that the schema asks for is looked for.
 
     Raises:
         UnreadableShardError: the system refuses to read it.
@@ -118,17 +154,17 @@ def is_current(path: Path, scene: SceneRecord, settings: ExtractSettings, datase
     try:
         with Shard(path) as shard:
             return (
-                (shard.scene, shard.dataset_version) == (scene.name, dataset_version)
+                (shard.scene, shard.dataset_version) == (expected.scene, dataset_version)
                 and shard.settings.to_dict() == settings.to_dict()
-                and not any(structure_problems(shard))
+                and (whole or not any(structure_problems(shard)))
                 and all(
-                    shard.strings(camera, "sample_data_token") == _tokens(frames)
-                    and _tokens(left_out_frames(shard, camera)) == _tokens(scene.left_out.get(camera, ()))
-                    for camera, frames in scene.cameras.items()
+                    shard.strings(camera, "sample_data_token") == tokens
+                    and _tokens(left_out_frames(shard, camera)) == expected.left_out.get(camera, ())
+                    for camera, tokens in expected.frames.items()
                 )
                 and all(
-                    shard.strings(one.place, SAMPLE_TOKENS.name) == sample_tokens(scene, one)
-                    for one in settings.labels
+                    shard.strings(place, SAMPLE_TOKENS.name) == tokens
+                    for place, tokens in expected.samples.items()
                 )
             )
     except UnreadableShardError:

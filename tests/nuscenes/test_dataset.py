@@ -193,6 +193,36 @@ def test_a_frame_is_light(small_root):
     assert len(pickle.dumps(frame)) < 4096  # no connection, no image
 
 
+def test_tokens_of_frames_are_those_of_the_scenes(small_root):
+    with Dataset(small_root) as dataset:
+        cameras = dataset.channels()
+        found = dataset.frame_tokens(cameras, lidar="LIDAR_TOP")
+        assert set(found) == set(dataset.scene_names())
+        for name in found:
+            frames = dataset.scene(name, cameras, lidar="LIDAR_TOP").cameras
+            assert found[name] == {
+                camera: tuple(one.sample_data_token for one in some) for camera, some in frames.items()
+            }
+
+
+@pytest.mark.parametrize(
+    ("table", "change"),
+    [
+        ("scene", lambda rows: [{**one, "name": "same"} for one in rows]),
+        ("ego_pose", lambda rows: [{**one, "rotation": [2, 0, 0, 0]} for one in rows]),
+        ("map", lambda rows: []),
+        ("sample_data", lambda rows: [one for one in rows if "LIDAR" not in one["filename"]]),
+    ],
+)
+def test_of_scenes_that_would_be_refused_no_tokens_are_told(small_root, edit_table, table, change):
+    edit_table(small_root, table, change)
+    with Dataset(small_root) as dataset:
+        assert dataset.frame_tokens(["CAM_FRONT"], lidar="LIDAR_TOP") == {}
+        for name in dataset.scene_names():
+            with pytest.raises(TableError):
+                dataset.scene(name, ["CAM_FRONT"], lidar="LIDAR_TOP")
+
+
 def test_names(small_root):
     with Dataset(small_root) as dataset:
         assert dataset.scene_names() == ("scene-0001", "scene-0002")

@@ -4,6 +4,7 @@ import sys
 from collections import deque
 from dataclasses import replace
 
+import h5py
 import pytest
 
 from ogmkit.base.execution import Execution
@@ -12,6 +13,7 @@ from ogmkit.grid import GridSpec
 from ogmkit.nuscenes.dataset import Dataset
 from ogmkit.pipeline.homography_fit import fit_shards
 from ogmkit.pipeline.render_footprints import render_footprints
+from ogmkit.pipeline.selection import read_scene
 from ogmkit.shards.manifest import read_manifest
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.verify import verify_folder
@@ -107,6 +109,31 @@ def test_a_second_run_changes_nothing(out, run, undisturbed, digests):
     assert (summary.scenes, summary.kept, summary.frames) == (2, 2, 4 * FRAMES)
     assert digests(out) == digests(undisturbed)
     assert before == {path.name: path.stat().st_mtime_ns for path in out.glob("*.h5")}
+
+
+def test_of_scenes_whose_shards_are_there_nothing_is_read_but_tokens(out, run, monkeypatch):
+    read = []
+
+    def noted(dataset, name, settings):
+        read.append(name)
+        return read_scene(dataset, name, settings)
+
+    monkeypatch.setattr("ogmkit.pipeline.extract.read_scene", noted)
+    assert run(out).kept == 2
+    assert read == []
+    (out / "scene-0002.h5").unlink()
+    assert run(out, execution=Execution(workers=2)).kept == 1
+    assert read == ["scene-0002"]
+
+
+def test_a_shard_that_was_written_to_is_looked_at_closely(out, run, undisturbed, digests):
+    """Its size and tokens are as they were."""
+    path = out / "scene-0001.h5"
+    with h5py.File(path, "r+") as h5:
+        h5.move("CAM_FRONT/vehicles", "CAM_FRONT/vehicle_")
+    assert path.stat().st_size == (undisturbed / path.name).stat().st_size
+    assert run(out).kept == 1
+    assert digests(out) == digests(undisturbed)
 
 
 def test_scenes_can_come_one_by_one(tmp_path, run, undisturbed, digests, dataset):

@@ -8,12 +8,11 @@ import h5py
 import pytest
 
 from ogmkit.errors import ShardError, UnreadableShardError
-from ogmkit.frames import SceneRecord
 from ogmkit.shards.faults import damaged, refusal
 from ogmkit.shards.reader import Shard
 from ogmkit.shards.settings import ExtractSettings
 from ogmkit.shards.structure import structure_problems
-from ogmkit.shards.summary import is_current
+from ogmkit.shards.summary import Expected, is_current
 from ogmkit.shards.writer import write_shard
 
 HDF5_TEXT = "can't read (file read failed: time = Sun, errno = 5, error message = 'x', offset = 680)"
@@ -77,7 +76,7 @@ def test_a_sound_shard_that_can_t_be_read_is_not_written_again(tmp_path, small_s
     (tmp_path / "a.h5").symlink_to("a.h5")
     settings = ExtractSettings(small_settings, ("CAM_FRONT",))
     with pytest.raises(UnreadableShardError):
-        is_current(tmp_path / "a.h5", SceneRecord("a", "b", {}), settings, "v1.0-mini")
+        is_current(tmp_path / "a.h5", Expected("a", {}), settings, "v1.0-mini")
 
 
 def test_a_disk_that_fails_while_the_structure_is_compared_is_told(path, monkeypatch):
