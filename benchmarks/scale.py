@@ -62,11 +62,12 @@ def parts_of(toy):
         ("resume", 2, make_resume),
         ("verify", 6, make_verify),
         ("check", 6, make_check),
-        ("fit", 20, make_fit),
-        ("footprints", 30, make_footprints),
+        ("fit", 4, make_fit),
+        ("footprints", 3, make_footprints),
     ):
         # Commands read what extract has written.
         needs = ("world",) if name in ("first", "extract") else ("world", "extract")
+        needs = ("world", "tenth") if name in ("fit", "footprints") else needs
         yield Part(name, minutes, {"scenes": sizes.scenes, "rounds": sizes.rounds}, make, needs)
     many = {"scenes": sizes.many_scenes, "key_frames": 5, "sweeps": False}
     yield Part("many-scenes", 15, many, make_many)
@@ -151,13 +152,13 @@ def make_check(bench, part):
 
 
 def make_fit(bench, part):
-    """homography-fit with one and two workers."""
-    return _with_workers(bench, part, ["homography-fit", _shards(bench), "--overwrite"])
+    """homography-fit of a tenth of the scenes, with one and two workers."""
+    return _with_workers(bench, part, "homography-fit")
 
 
 def make_footprints(bench, part):
     """render-footprints likewise."""
-    return _with_workers(bench, part, ["render-footprints", _shards(bench), "--overwrite"])
+    return _with_workers(bench, part, "render-footprints")
 
 
 def make_many(bench, part):
@@ -223,10 +224,11 @@ def make_manifest(bench, part):
 
 
 def _with_workers(bench, part, command):
-    found = {"frames": _frames(_shards(bench)), "one": [], "two": []}
+    shards = bench.at("tenth") / "shards"
+    found = {"frames": _frames(shards), "one": [], "two": []}
     for _ in range(part.settings["rounds"]):
         for name, workers in (("one", 1), ("two", WORKERS)):
-            found[name].append(cost_of([OGMKIT, *command, "--workers", workers]).told())
+            found[name].append(cost_of([OGMKIT, command, shards, "--overwrite", "--workers", workers]).told())
     return found
 
 
