@@ -83,7 +83,7 @@ def constants(figures):
         frame_s=frame["s"],
         scene_bytes=scene["bytes"],
         frame_bytes=frame["bytes"],
-        entry_bytes=short["entries"] / short["scenes"],
+        entry_bytes=figures["manifest"]["bytes"] / figures["manifest"]["entries"],
     )
 
 
@@ -172,12 +172,12 @@ def carried_on_table(bench):
         stored = scenes * found.scene_bytes * len(CAMERAS) + work.frames * found.frame_bytes
         cells = (
             f"{scenes:,}",
-            f"{world['bytes'] * share / 1e9:,.3g} GB",
+            _size(world["bytes"] * share),
             _time(found.open_row_s * work.rows),
             f"{hours:,.3g}",
             _time(clock_s(found, work, CORES)),
-            f"{stored / 1e9:,.3g} GB",
-            f"{scenes * found.entry_bytes / 1e6:,.3g} MB",
+            _size(stored),
+            _size(scenes * found.entry_bytes),
             f"{hours * DOLLARS_A_CORE_HOUR:,.2f} $",
         )
         lines.append(row(*cells))
@@ -216,9 +216,17 @@ def _time(seconds):
     return f"{seconds:.2g} s"
 
 
+def _size(count):
+    for unit, size in (("TB", 1e12), ("GB", 1e9), ("MB", 1e6)):
+        if count >= size:
+            return f"{count / size:.3g} {unit}"
+    return f"{count / 1e3:.3g} kB"
+
+
 def _figures(bench):
     """Part → figures; None where one is missing."""
     records = {name: bench.record(name) for name in PARTS}
     if None in records.values():
         return None
-    return {name: record["figures"] for name, record in records.items()}
+    figures = {name: record["figures"] for name, record in records.items()}
+    return figures | {"manifest": figures["manifest"] | records["manifest"]["settings"]}

@@ -191,12 +191,7 @@ def make_constants(bench, part):
         figures = {"scenes": len(names), "open": measured(root, names[:1], "--dry-run")}
         for workers in (1, WORKERS):
             figures[f"workers-{workers}"] = measured(root, names, "--workers", workers)
-        content = json.loads((out / "manifest.json").read_text())["shards"]
-        found[kind] = figures | {
-            "frames": _frames(out),
-            "bytes": _size(out),
-            "entries": len(json.dumps(content)),
-        }
+        found[kind] = figures | {"frames": _frames(out), "bytes": _size(out)}
     for name, cache in (("warm", warm), ("cold", cold)):
         found[f"map, {name}"] = measured(_root(bench), [SMALLEST_MAP], cache=cache)
     return found

@@ -11,34 +11,25 @@ from ogmkit.errors import SettingsError, TableError
 from ogmkit.frames import KeyFrame, SceneRecord
 from ogmkit.nuscenes import splits as split_lists
 from ogmkit.nuscenes.array_file import MISSING
+from ogmkit.nuscenes.channels import read_channels
+from ogmkit.nuscenes.frame_tokens import read_frame_tokens
 from ogmkit.nuscenes.overview import SceneOverview, key_files, scene_overviews
 from ogmkit.nuscenes.paths import one_line
 from ogmkit.nuscenes.places import ScenePlaces, read_places
 from ogmkit.nuscenes.records import (
-    SceneKey,
     SceneRows,
     frame_records,
     key_frames,
     lidar_records,
+    read_scene_key,
 )
-from ogmkit.nuscenes.rules import CONCERNS, Rule, find_violations
 from ogmkit.nuscenes.schema import EDGE_TABLES
-from ogmkit.nuscenes.soundness import REMEDY, require_sound
+from ogmkit.nuscenes.soundness import REMEDY, Soundness
 from ogmkit.nuscenes.tables import Tables
 from ogmkit.nuscenes.uses import prepare
 from ogmkit.nuscenes.versions import find_version
 
 _NAME = "coalesce(name, token)"
-_FRAME_TOKENS = f"""
-SELECT s.name, k.channel, list(k.token ORDER BY k.sample_timestamp)
-FROM key_frame k
-JOIN (
-    SELECT any_value(token) AS token, {_NAME} AS name FROM scene GROUP BY 2 HAVING count(*) = 1
-) s ON s.token = k.scene
-WHERE NOT $no_maps AND list_contains($channels, k.channel)
-  AND k.scene NOT IN (SELECT scene FROM violation WHERE scene IS NOT NULL AND {CONCERNS})
-GROUP BY s.name, k.channel
-"""
 
 
 class Dataset:
@@ -61,15 +52,15 @@ class Dataset:
         self.root = Path(root)
         self.version = find_version(self.root, version)
         self._tables = Tables(self.root / self.version, memory_limit=memory_limit)
-        self._rules: dict[str, Rule] = {}
         try:
             for table in (one for one in EDGE_TABLES if one != "map"):
                 self._tables.load(table)
-            self._no_maps = self._load_or_leave("map")
+            no_maps = self._load_or_leave("map")
             no_visibility = self._load_or_leave("visibility")
             if no_visibility is not None and no_visibility.kind != MISSING:
                 raise no_visibility  # where it is absent, all are unknown
             prepare(self._tables)
+            self._soundness = Soundness(self._tables, no_maps)
         except BaseException:
             self._tables.close()
             raise
@@ -176,8 +167,8 @@ class Dataset:
             problem = unknown("LiDAR channel", lidar, self._channels("lidar"))
             raise SettingsError(f"{self.root}: {problem}; choose one with --lidar-channel")
         channels = tuple(cameras) if lidar is None else (*cameras, lidar)
-        self._require_sound(token, name, channels, maps=maps)
-        key = self._scene_key(token, name, maps=maps)
+        self._soundness.require((token, name), channels, maps=maps)
+        key = read_scene_key(self._tables, self.root, token, name, maps=maps)
         boxes = self._scene_rows.boxes(token)
         sweeps = {} if lidar is None else lidar_records(self._scene_rows.images(token, lidar))
         frames = {}
@@ -205,8 +196,8 @@ class Dataset:
         for kind, channel in (("lidar", lidar), ("camera", camera)):
             if channel is not None and channel not in self._channels(kind):
                 raise SettingsError(f"{self.root}: {unknown(kind, channel, self._channels(kind))}")
-        self._require_sound(token, name, (lidar,) if camera is None else (lidar, camera), maps=maps)
-        key = self._scene_key(token, name, maps=maps)
+        self._soundness.require((token, name), (lidar,) if camera is None else (lidar, camera), maps=maps)
+        key = read_scene_key(self._tables, self.root, token, name, maps=maps)
         boxes = self._scene_rows.boxes(token)
         by_sample = {}
         if camera is not None:
@@ -222,25 +213,10 @@ class Dataset:
     def frame_tokens(
         self, cameras: Sequence[str], *, lidar: str | None = None, maps: bool = True
     ) -> dict[str, dict[str, tuple[str, ...]]]:
-        """Scene → camera → tokens of its frames, in temporal order, of all scenes that `scene` would give.
-
-        Args:
-            cameras: as of `scene`, as the others are.
-            lidar: a channel that must have key frames.
-            maps: whether the map has to be sound.
-        """
-        channels = [*cameras] if lidar is None else [*cameras, lidar]
-        self._find_violations()
-        found: dict[str, dict[str, tuple[str, ...]]] = {}
-        for name, channel, tokens in self._tables.rows(
-            _FRAME_TOKENS, {"channels": channels, "maps": maps, "no_maps": maps and self._no_maps is not None}
-        ):
-            found.setdefault(name, {})[channel] = tuple(tokens)
-        return {
-            name: {camera: by_channel[camera] for camera in cameras}
-            for name, by_channel in found.items()
-            if len(by_channel) == len(channels)
-        }
+        """Scene → camera → tokens of its frames, of all scenes that `scene` gives with these arguments."""
+        channels = cameras if lidar is None else (*cameras, lidar)
+        found = read_frame_tokens(self._tables, self._soundness, channels, maps=maps)
+        return {name: {camera: found[name][camera] for camera in cameras} for name in found}
 
     def _token(self, name: str) -> str:
         found = self._tables.rows(f"SELECT token FROM scene WHERE {_NAME} = ?", [name])
@@ -256,14 +232,7 @@ class Dataset:
 
     @cached_property
     def _channels_of(self) -> dict[str, tuple[str, ...]]:
-        """Modality → channel names, sorted."""
-        found: dict[str, tuple[str, ...]] = {}
-        for modality, channel in self._tables.rows(
-            "SELECT DISTINCT modality, channel FROM sensor "
-            "WHERE modality IS NOT NULL AND channel IS NOT NULL ORDER BY channel"
-        ):
-            found[modality] = (*found.get(modality, ()), channel)
-        return found
+        return read_channels(self._tables)
 
     def _load_or_leave(self, table: str) -> TableError | None:
         """Load a table, or an empty one in its place where it can't be read: then why."""
@@ -273,26 +242,6 @@ class Dataset:
             self._tables.load_empty(table)
             return error
         return None
-
-    def _scene_key(self, token: str, name: str, *, maps: bool) -> SceneKey:
-        of_map = "LEFT JOIN map m ON $maps AND list_contains(m.log_tokens, s.log_token)"
-        ((log, location, map_path),) = self._tables.rows(
-            "SELECT s.log_token, l.location, coalesce(m.filename, '') "
-            f"FROM scene s JOIN log l ON l.token = s.log_token {of_map} WHERE s.token = $token",
-            {"maps": maps, "token": token},
-        )
-        return SceneKey(self.root, token, name, log, location, map_path)
-
-    def _require_sound(self, token: str, name: str, channels: Sequence[str], *, maps: bool) -> None:
-        """Raise the first violation among what a scene's frames use."""
-        if maps and self._no_maps is not None:
-            raise TableError(f"{self._no_maps}, or extract with --no-map", kind="map.json is unreadable")
-        self._find_violations()
-        require_sound(self._tables, self._rules, (token, name), channels, maps=maps)
-
-    def _find_violations(self) -> None:
-        if not self._rules:
-            self._rules = {rule.id: rule for rule in find_violations(self._tables)}
 
     def _names(self, sql: str, *parameters: str) -> tuple[str, ...]:
         return tuple(row[0] for row in self._tables.rows(sql, parameters))

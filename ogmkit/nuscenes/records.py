@@ -49,6 +49,17 @@ class SceneKey:
     map_path: str
 
 
+def read_scene_key(tables: Tables, dataroot: Path, token: str, name: str, *, maps: bool) -> SceneKey:
+    """What the frames of a sound scene have in common; without maps, the table of maps is not asked."""
+    of_map = "LEFT JOIN map m ON $maps AND list_contains(m.log_tokens, s.log_token)"
+    ((log, location, map_path),) = tables.rows(
+        "SELECT s.log_token, l.location, coalesce(m.filename, '') "
+        f"FROM scene s JOIN log l ON l.token = s.log_token {of_map} WHERE s.token = $token",
+        {"maps": maps, "token": token},
+    )
+    return SceneKey(dataroot, token, name, log, location, map_path)
+
+
 class SceneRows:
     """Rows of scenes, read ahead in the order of the scenes' names.
 

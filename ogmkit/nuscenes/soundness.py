@@ -5,27 +5,50 @@ from collections.abc import Mapping, Sequence
 from ogmkit.errors import TableError
 from ogmkit.nuscenes.found import with_found
 from ogmkit.nuscenes.paths import one_line
-from ogmkit.nuscenes.rules import CONCERNS, Rule
+from ogmkit.nuscenes.rules import CONCERNS, Rule, find_violations
 from ogmkit.nuscenes.tables import Tables
 
 REMEDY = "extract the metadata archive again, or leave the scene out"
 
 
-def require_sound(
-    tables: Tables, rules: Mapping[str, Rule], scene: tuple[str, str], channels: Sequence[str], *, maps: bool
-) -> None:
-    """Raise the first violation among what a scene's frames use.
+class Soundness:
+    """Violations of rules among what scenes use; found once, where somebody first asks.
 
     Args:
-        tables: where violations were found.
-        rules: by their ids.
-        scene: its token and name.
-        channels: whose frames are used.
-        maps: whether map masks are used.
-
-    Raises:
-        TableError: a record breaks a rule, or a channel has no key frame.
+        tables: that are looked at.
+        no_maps: why the table of maps can't be read; None where it can.
     """
+
+    def __init__(self, tables: Tables, no_maps: TableError | None) -> None:
+        self.no_maps = no_maps
+        self._tables = tables
+        self._rules: dict[str, Rule] = {}
+
+    def find(self) -> dict[str, Rule]:
+        """All rules by their ids, once their violations stand in the table `violation`."""
+        if not self._rules:
+            self._rules = {rule.id: rule for rule in find_violations(self._tables)}
+        return self._rules
+
+    def require(self, scene: tuple[str, str], channels: Sequence[str], *, maps: bool) -> None:
+        """Raise the first violation among what a scene's frames use.
+
+        Args:
+            scene: its token and name.
+            channels: whose frames are used.
+            maps: whether map masks are used.
+
+        Raises:
+            TableError: a record breaks a rule, or a channel has no key frame.
+        """
+        if maps and self.no_maps is not None:
+            raise TableError(f"{self.no_maps}, or extract with --no-map", kind="map.json is unreadable")
+        _require_sound(self._tables, self.find(), scene, channels, maps=maps)
+
+
+def _require_sound(
+    tables: Tables, rules: Mapping[str, Rule], scene: tuple[str, str], channels: Sequence[str], *, maps: bool
+) -> None:
     token, name = scene
     broken = tables.rows(
         "SELECT rule, source, record, detail FROM violation "
