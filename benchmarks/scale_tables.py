@@ -69,7 +69,7 @@ def above(bound):
 
 SECONDS, GIB = "{:.1f} s", "{:.2f} GiB"
 ROWS = (
-    Row("first `extract`, which indexes tables and decodes masks", "", ("first",), whole_s, SECONDS),
+    Row("first `extract`, which also decodes the masks", "", ("first",), whole_s, SECONDS),
     Row("`extract` of CAM_FRONT, two workers", "< 100 s", ("extract",), two_s, SECONDS, below(100)),
     Row("beside the bare warp, fill and h5py calls of two processes", "≤ 1.6×", ("extract",),
         lambda one: two_s(one) / min(one["bare"]), holds=below(1.6)),
