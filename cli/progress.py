@@ -149,7 +149,8 @@ class _Lines:
         self.written_s = now_s
         rate = (done - self.first) / (now_s - self.started_s)
         left = f", {_clock((total - done) / rate)} left" if rate > 0 else ""
-        counts = f"{done:,} of {total:,} {self.unit}, {rate:.3g} {self.unit}/s"
+        of_unit = f" {self.unit}" if self.unit else ""
+        counts = f"{done:,} of {total:,}{of_unit}, {rate:.3g}{of_unit}/s"
         note(f"{self.description}: {counts}{left}{self.state}")
 
 

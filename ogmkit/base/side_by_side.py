@@ -60,7 +60,7 @@ class SideBySide:
         """Begin a call.
 
         Args:
-            name: its own among those that are under way; its news begin with it.
+            name: its own among those that are under way; where there are several, its news begin with it.
             work: what to do, picklable; called with a callback for progress.
             environment: variables of its process, set before `work` is called.
             on_progress: called in this process, by `ended`.
@@ -94,7 +94,7 @@ class SideBySide:
             if isinstance(came, _Advance):
                 call.on_progress(came.done, came.total)
             elif isinstance(came, Found | Waiting | State | Passed):  # of Ctrl-C, this process tells
-                tell(replace(came, text=f"{name}: {came.text}"))
+                tell(came if len(self._calls) == 1 else replace(came, text=f"{name}: {came.text}"))
         return results
 
     def __enter__(self) -> Self:

@@ -94,10 +94,11 @@ def run_steps(
         run.in_order(numbered)
         return
     for separate, group in groupby(numbered, lambda one: isinstance(one[1], SeparateStep)):
-        if separate:
-            run.side_by_side(group, places)
+        together = [*group]
+        if separate and len(together) > 1:
+            run.side_by_side(together, places)
         else:
-            run.in_order(group)
+            run.in_order(together)  # one alone has the whole machine
 
 
 @dataclass(frozen=True)
