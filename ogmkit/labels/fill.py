@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ogmkit.labels.outline import line_cells, truncated
+from ogmkit.raster.ranges import ranges
 from ogmkit.typing import FloatArray, IntArray
 
 _ONE = 1 << 16
@@ -78,8 +79,7 @@ def _inside(
     stop = np.minimum(columns[1::2] // _ONE, shape[1] - 1) + 1
     count = np.maximum(stop - first, 0)
     span = np.repeat(np.arange(len(count)), count)
-    along = np.arange(len(span)) - np.repeat(np.cumsum(count) - count, count)
-    return owners[::2][span], rows[::2][span] * shape[1] + first[span] + along
+    return owners[::2][span], rows[::2][span] * shape[1] + ranges(first, count)
 
 
 def _crossings(
@@ -93,6 +93,6 @@ def _crossings(
     first, stop = np.clip(top[:, 1], 0, rows), np.clip(bottom[:, 1], 0, rows)
     count = stop - first
     edge = np.repeat(np.arange(len(count)), count)
-    row = np.arange(len(edge)) - np.repeat(np.cumsum(count) - count - first, count)
+    row = ranges(first, count)
     column = top[edge, 0] * _ONE + (row - top[edge, 1]) * slope[edge]
     return owner[edge], row, column

@@ -5,6 +5,7 @@ The rule is OpenCV's of 3.x to 4.7, written down in docs/definitions.md; later v
 
 import numpy as np
 
+from ogmkit.raster.ranges import ranges
 from ogmkit.typing import BoolArray, FloatArray, IntArray
 
 Segments = tuple[IntArray, IntArray, IntArray, IntArray]
@@ -30,7 +31,7 @@ def line_cells(starts: IntArray, ends: IntArray, shape: tuple[int, int]) -> tupl
     steep = np.abs(dy) > dx
     major, minor = np.where(steep, np.abs(dy), dx), np.where(steep, dx, np.abs(dy))
     line = np.repeat(np.arange(len(x)), major + 1)
-    step = np.arange(len(line)) - np.repeat(np.cumsum(major + 1) - major - 1, major + 1)
+    step = ranges(np.zeros_like(major), major + 1)
     # The error term falls by 2·minor a point and gains 2·major where it has become negative: in closed form.
     aside = -((major[line] - 2 * minor[line] * step) // np.maximum(2 * major[line], 1))
     aside = np.where(major[line] > 0, np.maximum(aside, 0), 0)

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ogmkit.raster.ranges import ranges
 from ogmkit.typing import BoolArray, FloatArray, IntArray, UInt8Array, UInt16Array
 
 _SHORT = 64
@@ -78,7 +79,7 @@ def fill_spans(rows: IntArray, first: FloatArray, last: FloatArray, shape: tuple
     cells = mask.reshape(-1)
     lengths = stops - starts
     if lengths.sum() < _SHORT * len(lengths):
-        cells[np.repeat(starts - np.cumsum(lengths) + lengths, lengths) + np.arange(lengths.sum())] = 1
+        cells[ranges(starts, lengths)] = 1
         return mask
     for start, stop in zip(starts.tolist(), stops.tolist(), strict=True):
         cells[start:stop] = 1
@@ -129,7 +130,7 @@ def crossings(
     stop = np.ceil(np.clip(lower[:, 1], 0, rows)).astype(np.int64)
     count = stop - first
     edge = np.repeat(np.arange(len(count)), count)
-    row = np.arange(len(edge)) - np.repeat(np.cumsum(count) - count - first, count)
+    row = ranges(first, count)
     x_top, top = upper.T[:, edge]
     x_bottom, bottom = lower.T[:, edge]
     share = (row - top) / (bottom - top)

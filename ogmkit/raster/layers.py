@@ -20,6 +20,7 @@ from ogmkit.nuscenes.expansion import (
     file_state,
     read_expansion,
 )
+from ogmkit.raster.ranges import ranges
 from ogmkit.raster.winding import fill_wound
 from ogmkit.typing import FloatArray, IntArray, UInt8Array
 
@@ -136,8 +137,7 @@ def _window(grid: GridSpec, level_from_global: FloatArray) -> shapely.Polygon:
 def _ranges(first: IntArray, wanted: IntArray) -> tuple[IntArray, IntArray]:
     """All members of some groups, given where each group begins; and how many each has."""
     counts = first[wanted + 1] - first[wanted]
-    before = np.cumsum(counts) - counts
-    return np.arange(counts.sum()) + np.repeat(first[wanted] - before, counts), counts
+    return ranges(first[wanted], counts), counts
 
 
 def _pieces(area: Area) -> Sequence[shapely.Polygon]:
