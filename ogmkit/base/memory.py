@@ -13,8 +13,8 @@ _KEPT_BYTES, _LARGEST_BYTES = 1 << 26, 1 << 25
 def keep_freed_memory() -> None:
     """Keep up to 64 MiB for the next frame, whose rasters are as large as this one's.
 
-    Left alone, glibc gives them back after each frame, and the system clears and maps their pages anew: a
-    tenth of a frame's time. Other C libraries are left as they are.
+    By default glibc returns this memory to the system after each frame, and faulting the pages in again costs
+    a tenth of a frame's time. Other C libraries are left alone.
     """
     with suppress(OSError, AttributeError):
         mallopt = ctypes.CDLL(None).mallopt

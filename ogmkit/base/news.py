@@ -46,6 +46,8 @@ class Quitting:
     """It came again: the work stops as soon as Python gets to it."""
 
 
+Progress = Callable[[int, int], None]
+"""Called with (done, in all), in units of the work."""
 News = Found | Waiting | State | Passed | Stopping | Quitting
 Listener = Callable[[News], None]
 

@@ -66,12 +66,20 @@ def workers_of(workers: int) -> Iterator[Processes]:
         ours.close()
 
 
+def end_with(parent: Connection) -> None:
+    """From now on, end this process when the pipe's other end closes: nobody waits for results any more.
+
+    Args:
+        parent: a pipe from the parent process, which sends nothing through it.
+    """
+
+    def watch() -> None:
+        parent.poll(None)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
 def _start_worker(parent: Connection) -> None:
     limit_threads()
-    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
-
-
-def _end_with(parent: Connection) -> None:
-    """End this process when the pipe's other end closes: nobody waits for the results any more."""
-    parent.poll(None)
-    os._exit(1)
+    end_with(parent)

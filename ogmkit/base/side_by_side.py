@@ -1,10 +1,9 @@
-"""Long calls side by side, each in a process of its own, whose progress and news come home meanwhile."""
+"""Running long calls in parallel, each in its own process, with progress and news as they come."""
 
 import os
 import signal
 import threading
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from multiprocessing import get_context
 from multiprocessing.connection import Connection, wait
@@ -13,12 +12,21 @@ from types import TracebackType
 from typing import Any, Self
 
 from ogmkit.base.interrupts import interrupts_blocked, sigterm_interrupts
-from ogmkit.base.news import Found, News, Passed, Quitting, State, Stopping, Waiting, listening, tell
+from ogmkit.base.news import (
+    Found,
+    News,
+    Passed,
+    Progress,
+    Quitting,
+    State,
+    Stopping,
+    Waiting,
+    listening,
+    tell,
+)
+from ogmkit.base.processes import end_with
 from ogmkit.base.units import Answer, answered, log_level
 from ogmkit.errors import OgmkitError
-
-Progress = Callable[[int, int], None]
-"""Called with (done, in all)."""
 
 
 @dataclass(frozen=True)
@@ -124,10 +132,10 @@ class SideBySide:
             call.process.terminate()
         while self._calls:
             for name, call in self._ready():
-                with suppress(OgmkitError):
+                try:
                     _received(call)
-                    continue
-                del self._calls[name]
+                except OgmkitError:  # it has ended
+                    del self._calls[name]
 
     def _ready(self) -> list[tuple[str, _Call]]:
         pipes = wait([call.pipe for call in self._calls.values()])
@@ -151,7 +159,7 @@ def _work(
 ) -> None:
     """Do the work in the new process."""
     os.environ.update(environment)
-    threading.Thread(target=_end_with, args=(pipe,), daemon=True).start()
+    end_with(pipe)
     sending = threading.Lock()
 
     def send(what: object) -> None:
@@ -169,9 +177,3 @@ def _work(
             send(answered(work, advance, level))
         except KeyboardInterrupt:
             os._exit(128 + signal.SIGINT)  # it was asked to stop, and has kept what it had
-
-
-def _end_with(pipe: Connection) -> None:
-    """End this process when the pipe's other end closes: nothing is ever sent through it."""
-    pipe.poll(None)
-    os._exit(1)

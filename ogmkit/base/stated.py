@@ -6,7 +6,7 @@ Options, keys of YAML files, range errors and the settings' tables come from the
 import dataclasses
 import functools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
@@ -82,14 +82,16 @@ def stated_fields(cls: type[Any]) -> Mapping[str, Stated]:
     return {one.name: one.metadata[_KEY] for one in dataclasses.fields(cls) if _KEY in one.metadata}
 
 
+_hints: Callable[[Any], Mapping[str, Any]] = functools.cache(get_type_hints)
+
+
 def require_stated(record: Any) -> None:  # noqa: ANN401  # any dataclass instance
     """Check a record's values against what its fields state.
 
     Raises:
         SettingsError: a number is out of range or not finite, or a value is none of its `Literal`'s.
     """
-    kind: Any = type(record)
-    hints = _hints(kind)
+    hints = _hints(type(record))
     for name, stated in stated_fields(type(record)).items():
         value = getattr(record, name)
         choices = choices_of(hints[name])
@@ -99,11 +101,6 @@ def require_stated(record: Any) -> None:  # noqa: ANN401  # any dataclass instan
                 raise SettingsError(unknown(name, str(one), choices))
             if isinstance(one, int | float):
                 _require_range(name, one, stated)
-
-
-@functools.cache
-def _hints(kind: Any) -> Mapping[str, Any]:  # noqa: ANN401  # a class
-    return get_type_hints(kind)
 
 
 def choices_of(hint: Any) -> tuple[str, ...]:  # noqa: ANN401  # an annotation

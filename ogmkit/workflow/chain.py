@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ogmkit.base.atomic import output_errors, replacing
+from ogmkit.base.news import Progress
 from ogmkit.base.parts import is_part
 from ogmkit.errors import OutputError
 from ogmkit.pipeline.output import check_place, locked
@@ -17,7 +18,7 @@ from ogmkit.workflow.extraction import Extract
 from ogmkit.workflow.needs import require_needs
 from ogmkit.workflow.records import NAME, read_records
 from ogmkit.workflow.reporting import FILE, WriteReport
-from ogmkit.workflow.steps import Action, Progress, Step
+from ogmkit.workflow.steps import Action, Step
 from ogmkit.workflow.training import Train
 
 CONFIG = "config.yaml"

@@ -16,10 +16,11 @@ from pathlib import Path
 from typing import Literal, cast
 
 from ogmkit.base.atomic import output_errors
+from ogmkit.base.news import Progress
 from ogmkit.base.side_by_side import SideBySide
 from ogmkit.errors import OgmkitError
 from ogmkit.workflow.records import Record, read_records, write_records
-from ogmkit.workflow.steps import Call, Decision, Made, Progress, SeparateStep, Step, decide, letting_go
+from ogmkit.workflow.steps import Call, Decision, Made, SeparateStep, Step, decide, letting_go
 
 _LOG = logging.getLogger(__name__)
 
@@ -107,14 +108,12 @@ class _Begun:
 
     Attributes:
         step: which.
-        overwrite: whether what is there is to be let go.
         report: its news.
         record: as it stands in the manifest.
         started_s: on the monotonic clock.
     """
 
     step: Step
-    overwrite: bool
     report: StepReport
     record: Record
     started_s: float
@@ -165,16 +164,17 @@ class _Run:
 
         with SideBySide() as calls:
             for number, step in steps:
-                while not free or {*step.needs} & {*under_way}:
+                while not free or {*step.needs} & {*calls.names}:
                     end_some()
                 with named(step.name):
                     begun = self._begin(number, step)
                     if begun is not None:
-                        under_way[step.name] = begun, free.pop(0)
+                        place = free.pop(0)
+                        under_way[step.name] = begun, place
                         call = self._call(begun, partial(advance, step.name))
-                        work = cast("SeparateStep", step).work(overwrite=begun.overwrite)
-                        calls.begin(step.name, work, under_way[step.name][1], letting_go(call))
-            while under_way:
+                        work = cast("SeparateStep", step).work(overwrite=call.overwrite)
+                        calls.begin(step.name, work, place, letting_go(call))
+            while calls.names:
                 end_some()
 
     def _begin(self, number: int, step: Step) -> _Begun | None:
@@ -188,26 +188,25 @@ class _Run:
             self._on_step(replace(report, state="skipped", detail=before.note))
             return None
         self._on_step(report)
-        overwrite = decision.action == "overwrite"
         record = Record(
-            state="overwriting" if overwrite else "started",
+            state="overwriting" if decision.action == "overwrite" else "started",
             fingerprint=decision.fingerprint,
             settings=step.settings,
             needed=needed,
             files=() if before is None else before.files,
         )
         self._enter(step, record)
-        return _Begun(step, overwrite, report, record, time.monotonic())
+        return _Begun(step, report, record, time.monotonic())
 
     def _call(self, begun: _Begun, on_progress: Progress) -> Call:
         let_go = partial(self._enter, begun.step, replace(begun.record, state="started"))
-        return Call(begun.overwrite, let_go, on_progress)
+        return Call(begun.record.state == "overwriting", let_go, on_progress)
 
     def _end(self, begun: _Begun, made: Made) -> None:
-        """Remove what is no more, and tell the manifest what there is."""
+        """Remove files that are no longer made, and record in the manifest what there is."""
         with output_errors(self._out):
             for file in set(begun.record.files) - set(made.files):
-                (self._out / file).unlink(missing_ok=True)  # such as the picture of a row that is no more
+                (self._out / file).unlink(missing_ok=True)  # such as the picture of a row that was dropped
         done = replace(
             begun.record,
             state="done",

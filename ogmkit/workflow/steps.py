@@ -9,12 +9,11 @@ from typing import Any, Literal, Protocol, runtime_checkable
 from ogmkit import __version__
 from ogmkit.base.differences import differences
 from ogmkit.base.execution import Execution
+from ogmkit.base.news import Progress
 from ogmkit.homography.sources import NETWORK
 from ogmkit.workflow.config import Config
 from ogmkit.workflow.records import Record, fingerprint
 
-Progress = Callable[[int, int], None]
-"""Called with (done, in all) of a step's own units."""
 Action = Literal["skip", "start", "resume", "overwrite"]
 
 EXTRACT, FIT, PREDICT = "extract", "homography-fit", "predict homography"
@@ -124,7 +123,7 @@ class Step(Protocol):
 
 @runtime_checkable
 class SeparateStep(Step, Protocol):
-    """A step whose work can be done in a process of its own, beside that of others: `run` in parts."""
+    """A step whose work can run in its own process, in parallel with that of others: `run` in two parts."""
 
     def work(self, *, overwrite: bool) -> Callable[[Progress], Any]:
         """What is to be done, picklable; it imports nothing heavy before it is called.

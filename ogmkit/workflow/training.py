@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ogmkit.base.news import Progress
 from ogmkit.learn.perception_settings import EncoderTraining
 from ogmkit.learn.settings import TrainSettings
 from ogmkit.shards.manifest import file_sha256
@@ -14,7 +15,6 @@ from ogmkit.workflow.steps import (
     EXTRACT,
     Call,
     Made,
-    Progress,
     first_gone,
     letting_go,
     maker_of,
@@ -107,7 +107,7 @@ class Train:
         """Train, or resume."""
         return self.made(self.work(overwrite=call.overwrite)(letting_go(call)))
 
-    def work(self, *, overwrite: bool) -> "TrainCall":
+    def work(self, *, overwrite: bool) -> TrainCall:
         """The training; its folder is cleared before the first step."""
         return TrainCall(self._settings(), self.config.shards, self.run_folder, overwrite)
 
