@@ -1,6 +1,6 @@
 """Whether what a scene's frames use is sound."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from ogmkit.errors import TableError
 from ogmkit.nuscenes.found import with_found
@@ -43,30 +43,25 @@ class Soundness:
         """
         if maps and self.no_maps is not None:
             raise TableError(f"{self.no_maps}, or extract with --no-map", kind="map.json is unreadable")
-        _require_sound(self._tables, self.find(), scene, channels, maps=maps)
-
-
-def _require_sound(
-    tables: Tables, rules: Mapping[str, Rule], scene: tuple[str, str], channels: Sequence[str], *, maps: bool
-) -> None:
-    token, name = scene
-    broken = tables.rows(
-        "SELECT rule, source, record, detail FROM violation "
-        f"WHERE scene = $scene AND {CONCERNS} ORDER BY rowid LIMIT 1",
-        {"scene": token, "channels": list(channels), "maps": maps},
-    )
-    for rule, source, record, detail in broken:
-        shown = one_line(f"{record}: {with_found(tables, rule, source, record, detail)}")
-        raise TableError(
-            f"{tables.path(source)}: record {shown} [{rule}, {one_line(name)}]; {rules[rule].remedy}",
-            kind=f"{rule}: {rules[rule].title}",
+        tables, rules = self._tables, self.find()
+        token, name = scene
+        broken = tables.rows(
+            "SELECT rule, source, record, detail FROM violation "
+            f"WHERE scene = $scene AND {CONCERNS} ORDER BY rowid LIMIT 1",
+            {"scene": token, "channels": list(channels), "maps": maps},
         )
-    found = tables.rows("SELECT DISTINCT channel FROM key_frame WHERE scene = ?", [token])
-    recorded = sorted(channel for (channel,) in found if channel is not None)
-    for channel in channels:
-        if channel not in recorded:
+        for rule, source, record, detail in broken:
+            shown = one_line(f"{record}: {with_found(tables, rule, source, record, detail)}")
             raise TableError(
-                f"{tables.path('sample_data')}: {name} has no key frame of {channel}; "
-                f"there are: {', '.join(recorded) or 'none'}; {REMEDY}",
-                kind=f"no key frame of {channel}",
+                f"{tables.path(source)}: record {shown} [{rule}, {one_line(name)}]; {rules[rule].remedy}",
+                kind=f"{rule}: {rules[rule].title}",
             )
+        found = tables.rows("SELECT DISTINCT channel FROM key_frame WHERE scene = ?", [token])
+        recorded = sorted(channel for (channel,) in found if channel is not None)
+        for channel in channels:
+            if channel not in recorded:
+                raise TableError(
+                    f"{tables.path('sample_data')}: {name} has no key frame of {channel}; "
+                    f"there are: {', '.join(recorded) or 'none'}; {REMEDY}",
+                    kind=f"no key frame of {channel}",
+                )

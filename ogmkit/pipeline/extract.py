@@ -75,13 +75,18 @@ def extract(
         what = ", ".join((*settings.cameras, *(f"labels by {one.name}" for one in settings.labels)))
         tell(Found(f"{with_number(len(request.scenes), 'scene')} with {what}; {execution.place}"))
         shared = (dataset.root, out / LOCK)
+
+        def take(outcome: Outcome) -> None:
+            outcomes.append(outcome)
+            _LOG.debug("%s: %s", outcome.scene, outcome.state)
+            execution.report(len(outcomes), len(request.scenes))
+
         todo = request.scenes
         if looks := _looks(dataset, request, contents):
             with closing(run_over(kept, looks, execution, shared=shared)) as found:
                 for outcome in found:
                     if outcome is not None:
-                        outcomes.append(outcome)
-                        execution.report(len(outcomes), len(request.scenes))
+                        take(outcome)
             there = {outcome.scene for outcome in outcomes}
             todo = tuple(name for name in todo if name not in there)
         if todo:
@@ -90,9 +95,7 @@ def extract(
                 for outcome in done:
                     if strict and outcome.state == "failed" and isinstance(outcome.result, OgmkitError):
                         raise outcome.result
-                    outcomes.append(outcome)
-                    _LOG.debug("%s: %s", outcome.scene, outcome.state)
-                    execution.report(len(outcomes), len(request.scenes))
+                    take(outcome)
         _finish(dataset, request, contents.others, outcomes, splits)
     return _summary(request, outcomes, time.monotonic() - started)
 

@@ -93,11 +93,11 @@ def check_contents(request: Request) -> Contents:
         names = {path.name for path in out.iterdir() if not is_part(path)} if out.exists() else set()
     manifest = _manifest(out) if MANIFEST in names else None
     trusted = manifest if not names & {MARKER, AMENDING} else None
-    untouched = _untouched(out, names, trusted)
+    untouched, known = _untouched(out, names, trusted), _known(trusted)
     shards = {
         name: there
         for name in names
-        if (there := _known(trusted) if name in untouched else _shard_configuration(out / name)) is not None
+        if (there := known if name in untouched else _shard_configuration(out / name)) is not None
     }
     only_shards = bool(shards) and names <= shards.keys() | {LOCK, MANIFEST, AMENDING}
     if names - {LOCK} and MARKER not in names and manifest is None and not only_shards:
@@ -204,14 +204,13 @@ def _untouched(out: Path, names: set[str], manifest: Manifest | None) -> frozens
         return frozenset()
     with output_errors(out):
         written_ns = (out / MANIFEST).stat().st_mtime_ns
-        states = {one.file: (out / one.file).stat() for one in manifest.shards if one.file in names}
-    return frozenset(
-        one.file
-        for one in manifest.shards
-        if (state := states.get(one.file)) is not None
-        and state.st_size == one.bytes
-        and state.st_mtime_ns < written_ns
-    )
+        return frozenset(
+            one.file
+            for one in manifest.shards
+            if one.file in names
+            and (state := (out / one.file).stat()).st_size == one.bytes
+            and state.st_mtime_ns < written_ns
+        )
 
 
 def _shard_configuration(path: Path) -> dict[str, Any] | None:
