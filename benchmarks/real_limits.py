@@ -1,0 +1,153 @@
+"""What stands in the way on real images: experiments beside `real.py`, each with one thing changed.
+
+`python benchmarks/real_limits.py --train scene-0103 --test scene-0523`; runs and shards are shared with
+`real.py`, what is there is kept. All networks are `footprints` that start from its synthetic run:
+
+- `as in real.py`: taught by the training scenes, reported on the whole test scene;
+- `seen vehicles`: vehicles without a LiDAR point neither teach nor count;
+- `images of …`: the real images at another size;
+- `second half`: the first network, reported on the last frames of the test scene alone;
+- `same street`: the same frames, after a training that the first ones of that scene were part of, too.
+
+Nothing is chosen by them.
+"""
+
+import argparse
+import contextlib
+import json
+import sys
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+from real import DATA, Sizes
+from real_parts import Part, Way, is_of, told
+from real_shards import half_names, real_shards, write_splits
+from real_trainings import Trainer, imagenet_weights, last
+
+from ogmkit.evaluation.formats import as_json
+from ogmkit.shards.settings import ExtractSettings
+from ogmkit.target_settings import TargetSettings
+
+SYSTEM, START, CONTROL = "footprints", "synthetic", "mean-mask"
+BENCHMARK, SEEN, HALF, STREET = "as in real.py", "seen vehicles", "second half", "same street"
+IMAGE_SIZES = ("112x200", "448x800")
+COLUMNS = {
+    "drivable: camera": ("drivable", "camera", "full", "all"),
+    "drivable: BEV close in view": ("drivable", "bev", "close", "fov"),
+    "vehicles: camera": ("vehicles", "camera", "full", "all"),
+    "vehicles: BEV close in view": ("vehicles", "bev", "close", "fov"),
+}
+
+
+@dataclass(frozen=True)
+class Experiment(Way):
+    """One way round, with a thing changed.
+
+    Attributes:
+        name: of the experiment.
+        scenes: whose frames these are, where `train` and `test` name halves; they are halved.
+        settings: of the extraction, where they aren't the defaults.
+        taught: the way whose networks are reported; None for its own.
+    """
+
+    name: str = BENCHMARK
+    scenes: tuple = ()
+    settings: ExtractSettings | None = None
+    taught: Way | None = None
+
+    @cached_property
+    def shards(self):
+        """Of all its scenes."""
+        scenes = sorted(self.scenes or (*self.train, *self.test))
+        return real_shards(self.folder, self.data, scenes, settings=self.settings, halved=self.scenes)
+
+    @cached_property
+    def splits(self):
+        """Which of them are for what."""
+        marks = [] if self.settings is None else [self.settings]
+        return write_splits(self.folder, self.train, self.test, *marks)
+
+    def records(self, seed):
+        """Figures of a network, and of the control that knows the same scenes."""
+        return self.part(f"{self.name.replace(' ', '-')}-{seed}", lambda: self._compared(seed))
+
+    def _compared(self, seed):
+        way = self.taught or self
+        run = last(way.trainer.real(SYSTEM, START, seed, way.shards, way.splits))
+        found = self._evaluated([run], ceilings=[])
+        names = {found.systems[0]: SYSTEM, CONTROL: CONTROL}
+        rows = [one for one in json.loads(as_json(found)) if one["system"] in names]
+        rows = [one | {"system": names[one["system"]], "experiment": self.name} for one in rows]
+        return Part([*self._marked(rows, START, seed)])
+
+
+class Continued(Trainer):
+    """Trains at another size of images, from the synthetic runs of another trainer."""
+
+    def __init__(self, trainer, image_size):
+        super().__init__(trainer.folder, replace(trainer.sizes, image_size=image_size), trainer.weights)
+        self._before = trainer
+
+    def synthetic(self, system, start):
+        """The other's."""
+        return self._before.synthetic(system, start)
+
+
+def experiments(data, trainer, train, test):
+    """All of one way round; what needs no training of its own first."""
+    folder, scenes = trainer.folder, (*train, *test)
+    first, second = (tuple(names) for names in zip(*map(half_names, test), strict=True))
+    plain = Experiment(data, folder, trainer, train, test)
+    yield plain
+    yield Experiment(data, folder, trainer, train, second, HALF, scenes, taught=plain)
+    yield Experiment(data, folder, trainer, (*train, *first), second, STREET, scenes)
+    seen = ExtractSettings(TargetSettings(min_lidar_points=1))
+    yield Experiment(data, folder, trainer, train, test, SEEN, settings=seen)
+    for size in IMAGE_SIZES:
+        yield Experiment(data, folder, Continued(trainer, size), train, test, f"images of {size}")
+
+
+def main(arguments=None):
+    options = parsed(arguments)
+    folder = options.folder.resolve()
+    folder.mkdir(parents=True, exist_ok=True)
+    with contextlib.redirect_stdout(sys.stderr):
+        trainer = Trainer(folder, Sizes(), imagenet_weights(None))
+        ways = [*experiments(options.data, trainer, tuple(options.train), tuple(options.test))]
+        records = [one for seed in range(options.seeds) for way in ways for one in way.records(seed)]
+    print(json.dumps(records, indent=1) if options.format == "json" else summary(records))
+
+
+def parsed(arguments):
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--data", type=Path, default=DATA, help="a folder with v1.0-*, maps and samples")
+    parser.add_argument("--folder", type=Path, default=Path(".bench/real"), help="where all is kept")
+    parser.add_argument("--train", action="append", required=True, metavar="SCENE")
+    parser.add_argument("--test", action="append", required=True, metavar="SCENE")
+    parser.add_argument("--seeds", type=int, default=1)
+    parser.add_argument("--format", choices=("json", "markdown"), default="markdown")
+    return parser.parse_args(arguments)
+
+
+def summary(records):
+    """Means over seeds, with the least and the greatest, of all experiments."""
+    lines = [f"| reported on | experiment | system | {' | '.join(COLUMNS)} |"]
+    lines += ["| --- | --- | --- |" + " ---: |" * len(COLUMNS)]
+    of_row = {}
+    for one in records:
+        row = one["test"].partition("-last")[0], one["experiment"], one["system"]
+        of_row.setdefault(row, []).append(one)
+    for row, own in of_row.items():
+        cells = [
+            told([one["value"] for one in own if is_of(one, target, *place)])
+            for target, *place in COLUMNS.values()
+        ]
+        lines.append(f"| {' | '.join((*row, *cells))} |")
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    main()
