@@ -31,7 +31,7 @@ PAIRS = {
         ("holistic-cv", LINEAR),
     ),
 }
-TITLES = {MASKS: "True masks, 300 scenes", IMAGES: "Images, 60 scenes"}
+TITLES = {MASKS: "True masks, 300 scenes", IMAGES: "Images, 42 scenes"}
 __all__ = ["NAME", "parts_of", "text"]
 
 
