@@ -8,6 +8,8 @@ from ogmkit.base.atomic import write_json
 from ogmkit.shards.manifest import read_manifest
 
 CAMERA = "CAM_FRONT"
+PLAN_GRID = ["--cell-size", 0.5, "--rows", 80, "--columns", 48, "--ego-row", 80, "--ego-column", 24]
+"""Of planners, which see the masks in parts of 2 m anyway."""
 
 
 def world_settings(

@@ -11,9 +11,9 @@ from pathlib import Path
 import learn_tables
 import plan_tables
 from bench_command import RESULTS
+from bench_data import CAMERA, PLAN_GRID
 from bench_parts import Bench
 from commands import ogmkit
-from real_shards import PLAN_GRID
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "docs"))
 from make_pictures import keep
@@ -66,7 +66,7 @@ def world(folder):
     if not data.exists():
         ogmkit(
             *("synthesize", data, "--num-scenes", SCENES, "--seed", SEED, "--incidents", "--frames", 24),
-            *("--image-size", "225x400", "--camera", "CAM_FRONT", "--no-lidar", "--scenes-per-log", 1),
+            *("--image-size", "225x400", "--camera", CAMERA, "--no-lidar", "--scenes-per-log", 1),
             *("--annotate-by", "rendered"),
         )
     ogmkit("extract", data, shards, *PLAN_GRID)

@@ -11,7 +11,7 @@ import sys
 from dataclasses import dataclass
 
 from bench_command import run_bench
-from bench_data import make_world, world_settings
+from bench_data import PLAN_GRID, make_world, world_settings
 from bench_parts import Part
 from bench_plans import make_controls, make_gain, make_perception, make_planner
 
@@ -20,7 +20,6 @@ MASKS, IMAGES = "masks", "images"
 WORLD_SEED = {MASKS: 23, IMAGES: 24}
 UNRENDERED = "16x16"
 """Of a world whose pictures nobody looks at."""
-GRID = ["--cell-size", 0.5, "--rows", 80, "--columns", 48, "--ego-row", 80, "--ego-column", 24]
 PERCEPTION = f"{IMAGES}/footprints"
 
 
@@ -76,7 +75,7 @@ def _world(world, split, image_size, sizes):
         image_size=image_size,
         annotate_by="rendered" if seen else "all",
         more=["--incidents", "--no-lidar"],
-        extract=[*GRID, "--images", "bytes" if seen else "none"],
+        extract=[*PLAN_GRID, "--images", "bytes" if seen else "none"],
         sources="surface" if seen else "",
         masks=["warp"] if seen else [],
     )

@@ -7,8 +7,9 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
 
+from bench_data import CAMERA
 from commands import ogmkit
-from real_shards import CAMERA, METHODS, SOURCE, key_of, real_plans, real_shards, write_splits
+from real_shards import METHODS, SOURCE, key_of, real_plans, real_shards, write_splits
 from real_trainings import NEED_WORLD, PLANNERS, Trainer, last, training_score
 
 from ogmkit.base.atomic import write_json

@@ -5,6 +5,7 @@ import hashlib
 import json
 from dataclasses import replace
 
+from bench_data import CAMERA, PLAN_GRID
 from commands import ogmkit
 
 from ogmkit.nuscenes.dataset import Dataset
@@ -12,12 +13,9 @@ from ogmkit.pipeline.extract import extract
 from ogmkit.pipeline.sources import RecordDataset
 from ogmkit.shards.settings import ExtractSettings
 
-CAMERA = "CAM_FRONT"
 SOURCE = "surface"
 """Homographies that masks are made and warped by."""
 METHODS = "surface,plane,calibration,ego-plane"
-PLAN_GRID = ["--cell-size", 0.5, "--rows", 80, "--columns", 48, "--ego-row", 80, "--ego-column", 24]
-"""Of planners, which see the masks in parts of 2 m anyway."""
 SCALE = 4
 """Image size / mask size: 225 × 400."""
 CHECKED = 5
