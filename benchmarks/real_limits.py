@@ -1,7 +1,7 @@
 """What stands in the way on real images: experiments beside `real.py`, each with one thing changed.
 
 `python benchmarks/real_limits.py --train scene-0103 --test scene-0523`; runs and shards are shared with
-`real.py`, what is there is kept. All networks are `footprints` that start from its synthetic run:
+`real.py`, what is there is kept. All networks are `footprints` from the start `both`:
 
 - `as in real.py`: taught by the training scenes, reported on the whole test scene;
 - `seen vehicles`: vehicles without a LiDAR point neither teach nor count;
@@ -29,7 +29,7 @@ from ogmkit.evaluation.formats import as_json
 from ogmkit.shards.settings import ExtractSettings
 from ogmkit.target_settings import TargetSettings
 
-SYSTEM, START, CONTROL = "footprints", "synthetic", "mean-mask"
+SYSTEM, START, CONTROL = "footprints", "both", "mean-mask"
 BENCHMARK, SEEN, HALF, STREET = "as in real.py", "seen vehicles", "second half", "same street"
 IMAGE_SIZES = ("112x200", "448x800")
 COLUMNS = {
