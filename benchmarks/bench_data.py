@@ -64,16 +64,17 @@ def scenes_of(bench, part):
     return json.loads(data_of(bench, part)[1].read_text(encoding="utf-8"))
 
 
-def train(bench, part, *more):
+def train(bench, part, *more, splits=None):
     """The RUN of a part's training, which resumes where it was cut short.
 
     Args:
         bench: the parts.
         part: whose settings have `train`, a system and its options, and a `seed`.
         more: options that name files.
+        splits: another split file than the shards'.
     """
-    shards, splits = data_of(bench, part)
+    shards, all_scenes = data_of(bench, part)
     run, (system, *options) = bench.at(part.name) / "run", part.settings["train"]
-    where = ["--out", run, "--split-file", splits, "--seed", part.settings["seed"]]
+    where = ["--out", run, "--split-file", splits or all_scenes, "--seed", part.settings["seed"]]
     ogmkit_here("train", system, shards, *where, *options, *more)
     return run

@@ -10,6 +10,7 @@ from bench_data import CAMERA, data_of, scenes_of, train
 from commands import ogmkit_here
 from turned_world import write_turned
 
+from ogmkit.base.atomic import write_json
 from ogmkit.evaluation.evaluate import evaluate
 from ogmkit.evaluation.settings import EvaluateSettings
 from ogmkit.learn.predict.homographies import measured
@@ -20,11 +21,26 @@ from ogmkit.shards.reader import Shard
 
 MEAN = "training set's mean"
 NETWORK = "network"
+ALONE, AMONG_ALL = "alone", "among all"
+"""How the scenes of a training by heart were learnt."""
 
 
 def make_grids(bench, part):
     """Train a system and score its grids on the scenes to report."""
     return score_grids(bench, part, [train(bench, part)], ceilings=())
+
+
+def make_by_heart(bench, part):
+    """Train a system on a few of its scenes alone; score it there, beside the one that learnt all of them."""
+    scenes = scenes_of(bench, part)
+    few = scenes["train"][: part.settings["scenes"]]
+    taught, told = (bench.at(part.name) / name for name in ("splits.json", "reported.json"))
+    taught.parent.mkdir(parents=True, exist_ok=True)
+    write_json(taught, scenes | {"train": few})
+    write_json(told, {"test": few})
+    runs = [train(bench, part, splits=taught), bench.at(part.settings["network"]) / "run"]
+    scored = score_grids(bench, part, runs, ceilings=(), splits=told)["counts"]
+    return {"scenes": few, "counts": dict(zip((ALONE, AMONG_ALL), scored.values(), strict=True))}
 
 
 def make_free(bench, part):
@@ -74,11 +90,12 @@ def make_turned(bench, part):
     return {"errors": found}
 
 
-def score_grids(bench, part, runs, ceilings):
-    """Counts by scene of a run, or of the rows for free where there is none."""
-    shards, splits = data_of(bench, part)
+def score_grids(bench, part, runs, ceilings, splits=None):
+    """Counts by scene of runs, or of the rows for free where there is none."""
+    shards, all_scenes = data_of(bench, part)
     settings = EvaluateSettings(homography=part.settings["homography"], samples=0, scale=1)
-    found = evaluate(shards, [open_run(run) for run in runs], settings, split_file=splits, ceilings=ceilings)
+    opened = [open_run(run) for run in runs]
+    found = evaluate(shards, opened, settings, split_file=splits or all_scenes, ceilings=ceilings)
     names = found.systems or found.fixed
     counts = {
         name: {what: array.tolist() for what, array in asdict(found.by_scene[name]).items()} for name in names

@@ -1,7 +1,7 @@
 """Tables of stage 1, in markdown, from what the parts of `perception.py` have told."""
 
 import numpy as np
-from bench_grids import MEAN, NETWORK
+from bench_grids import ALONE, AMONG_ALL, MEAN, NETWORK
 from comparisons import in_range, iou_difference, median_ratio, told
 from perception import FLAT, HILLS, NAME, RELIEF_M, TURNS_DEG, parts_of
 from result_rows import NOT_RUN, row, sorted_rows
@@ -45,6 +45,11 @@ def asked(bench):
             found = NOT_RUN if counts is None else _share(_close(counts, kind))
             what = f"{FLAT}: {system}, vehicle IoU, BEV close in view, {name}, %"
             lines.append(row(what, "> 10", found))
+    for name in (ALONE, AMONG_ALL):
+        what = f"{FLAT}: ved on two scenes that it learnt {name}, vehicle IoU, BEV close in view, at 0.5, %"
+        heart = _figures_of(bench, f"{FLAT}/ved-by-heart")
+        found = NOT_RUN if heart is None else _share(_close(heart["counts"][name], "bev"))
+        lines.append(row(what, "", found))
     for head in ("four-point", "entries"):
         what = f"{HILLS}: network ({head}) / mean homography, median error at 20–40 m"
         lines.append(row(what, "≤ 0.7", _ratio(bench, head)))
@@ -117,7 +122,9 @@ def _counts(bench, part):
 def _rows(bench, world):
     """(name, counts or None) of each run and of each row for free."""
     trained = [
-        one.name for one in bench.parts if one.name.startswith(f"{world}/") and "homography" in one.settings
+        one.name
+        for one in bench.parts
+        if one.name.startswith(f"{world}/") and "homography" in one.settings and "scenes" not in one.settings
     ]
     for part in sorted_rows(one for one in trained if _name(one) != "free"):
         yield _name(part), _counts(bench, part)

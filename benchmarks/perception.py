@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from bench_command import run_bench
 from bench_data import make_world, world_settings
-from bench_grids import NETWORK, make_free, make_grids, make_homography, make_turned
+from bench_grids import NETWORK, make_by_heart, make_free, make_grids, make_homography, make_turned
 from bench_parts import Part
 
 NAME = "learn"
@@ -40,13 +40,15 @@ class Sizes:
     homography_epochs: int = 12
     ved_epochs: int = 9
     ved_cell: float = 2.5
+    few_scenes: int = 2
+    few_epochs: int = 60
     seeds: tuple = (0, 1, 2)
     hill_seeds: tuple = (0, 1)
     channels: int = 32
     bev_cell: float = 0.5
 
 
-TOY = Sizes((1, 1, 1), 2, "64x112", "64x96", "tu-test_resnet", 1, 1, 1, 5, (0,), (0,), 8, 2.5)
+TOY = Sizes((1, 1, 1), 2, "64x112", "64x96", "tu-test_resnet", 1, 1, 1, 5, 1, 1, (0,), (0,), 8, 2.5)
 
 
 def parts_of(toy):
@@ -60,6 +62,7 @@ def parts_of(toy):
         ("ved", 38, _ved(sizes)),
     ):
         yield _grids(f"{FLAT}/{system}", minutes, [system, *_images(sizes), *_balanced(sizes), *own])
+    yield _by_heart(sizes)
     yield _world(HILLS, sizes, lidar=False)
     yield _homography(sizes, "four-point")
     yield _free(HILLS, f"{HILLS}/homography-four-point", NETWORK)
@@ -129,6 +132,14 @@ def _ved(sizes):
     """
     cells = ["--bev-cell", sizes.ved_cell, "--kl-weight", 0.16, "--precision", MASK_PRECISION]
     return ["--lr", 1e-3, *cells, "--epochs", sizes.ved_epochs]
+
+
+def _by_heart(sizes):
+    """Whether that network can learn where vehicles are: a third of its steps, on a few of its scenes."""
+    train = ["ved", *_images(sizes), *_balanced(sizes), *_ved(sizes), "--epochs", sizes.few_epochs]
+    settings = {"data": f"{FLAT}/data", "network": f"{FLAT}/ved", "scenes": sizes.few_scenes, "seed": 0}
+    settings |= {"homography": "surface", "train": train}
+    return Part(f"{FLAT}/ved-by-heart", 15, settings, make_by_heart, (f"{FLAT}/data", f"{FLAT}/ved"))
 
 
 def _common(sizes):
