@@ -133,7 +133,7 @@ def mean_homography(shards, scenes):
 
 def errors_by(bev_from_image, shards, scenes):
     """Errors of one homography for all frames, by scene."""
-    return [_of_scene(_measured(shards, scene, bev_from_image)) for scene in scenes]
+    return [_of_scene(measured_by(bev_from_image, shards, scene)) for scene in scenes]
 
 
 def _stored(shards, scene, source):
@@ -141,7 +141,8 @@ def _stored(shards, scene, source):
         return [read_results(shard, CAMERA, source).left_out]
 
 
-def _measured(shards, scene, bev_from_image):
+def measured_by(bev_from_image, shards, scene):
+    """How far one homography puts each frame's boxes from where they are."""
     with Shard(shards / f"{scene}.h5") as shard:
         frames = range(shard.frames(CAMERA))
         return [

@@ -16,7 +16,8 @@ import sys
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from real_parts import PLANNING, Way, best_start, summary
+from real_parts import PLANNING, Way, best_start
+from real_tables import summary
 from real_trainings import NEED_IMAGENET, STARTS, Trainer, imagenet_weights
 
 from ogmkit.nuscenes.dataset import Dataset

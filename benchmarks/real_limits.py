@@ -21,8 +21,9 @@ from functools import cached_property
 from pathlib import Path
 
 from real import DATA, Sizes
-from real_parts import Part, Way, is_of, told
+from real_parts import Part, Way
 from real_shards import half_names, real_shards, write_splits
+from real_tables import is_of, told
 from real_trainings import Trainer, imagenet_weights, last
 
 from ogmkit.evaluation.formats import as_json

@@ -8,6 +8,7 @@ from functools import cached_property
 from pathlib import Path
 
 from bench_data import CAMERA
+from bench_grids import mean_homography, measured_by
 from commands import ogmkit
 from real_shards import METHODS, SOURCE, key_of, real_plans, real_shards, write_splits
 from real_trainings import NEED_WORLD, PLANNERS, Trainer, last, training_score
@@ -92,7 +93,8 @@ class Way:
         """Controls, ceilings, errors of homographies, and the planners' controls."""
         records = json.loads(as_json(self._evaluated([], ceilings=METHODS.split(","))))
         for source in METHODS.split(","):
-            records += self._errors(source, source)
+            records += self._stored_errors(source, source)
+        records += self._mean_errors()
         found = evaluate_plans(self.plans, [], EvaluateSettings(samples=0), split_file=self.splits)
         return Part([*self._marked([*records, *json.loads(as_json(found))], None, None)])
 
@@ -121,7 +123,7 @@ class Way:
         ogmkit("predict", "homography", self.shards, "--checkpoint", run, "--name", source)
         found = json.loads(as_json(self._evaluated([], ceilings=[source])))
         rows = [one | {"system": "homography"} for one in found if one["system"] == ceiling(source)]
-        return [*rows, *self._errors(source, "homography")]
+        return [*rows, *self._stored_errors(source, "homography")]
 
     def _planner(self, name, seed):
         run = self.trainer.planner(name, seed)
@@ -142,12 +144,21 @@ class Way:
         opened = [open_run(run) for run in runs]
         return evaluate(self.shards, opened, settings, split_file=self.splits, ceilings=ceilings)
 
-    def _errors(self, source, name):
-        """Errors of left-out boxes' ground corners, by range."""
+    def _stored_errors(self, source, name):
+        """Errors of left-out boxes' ground corners, by range, as shards have them."""
         left_out = []
         for scene in self.test:
             with Shard(self.shards / f"{scene}.h5") as shard:
                 left_out.append(read_results(shard, CAMERA, source).left_out)
+        return self._errors(left_out, name)
+
+    def _mean_errors(self):
+        """The same of the training scenes' mean homography."""
+        mean = mean_homography(self.shards, self.train)
+        frames = [one for scene in self.test for one in measured_by(mean, self.shards, scene)]
+        return self._errors(frames, "mean-homography")
+
+    def _errors(self, left_out, name):
         for one in summarise(left_out):
             region = f"{one.from_m:g}-{one.to_m:g} m"
             place = {"definition": PAPER, "target": "vehicles", "view": "bev", "region": region}
@@ -181,65 +192,3 @@ def best_start(parts):
         return sum(part.score or 0.0 for part in parts[start]) / len(parts[start])
 
     return max(parts, key=mean)
-
-
-COLUMNS = {
-    "camera": ("camera", "full", "all"),
-    "BEV close in view": ("bev", "close", "fov"),
-    "BEV full": ("bev", "full", "all"),
-}
-"""Column → view, region and cells of the foreground's IoU."""
-
-
-def summary(records):
-    """Means over seeds, with the least and the greatest, a table for each way round."""
-    lines = []
-    for way in dict.fromkeys((one["train"], one["test"]) for one in records):
-        of_way = [one for one in records if (one["train"], one["test"]) == way]
-        header = [f"{target}: {column}" for target in ("drivable", "vehicles") for column in COLUMNS]
-        lines += [f"Foreground IoU, %, learnt from {way[0]}, reported on {way[1]}", ""]
-        lines += [f"| system | start | {' | '.join(header)} |", "| --- | --- |" + " ---: |" * len(header)]
-        for system, start in dict.fromkeys(
-            (one["system"], one["start"]) for one in of_way if one["metric"] == "foreground_iou"
-        ):
-            own = [one for one in of_way if (one["system"], one.get("start")) == (system, start)]
-            cells = [
-                told([one["value"] for one in own if is_of(one, target, *place)])
-                for target in ("drivable", "vehicles")
-                for place in COLUMNS.values()
-            ]
-            lines.append(f"| {system} | {start or ''} | {' | '.join(cells)} |")
-        lines += ["", *error_lines(of_way), ""]
-    return "\n".join(lines)
-
-
-def error_lines(records):
-    """Medians of homographies' errors by range, and planners' ADE up to the last horizon, in metres."""
-    found = {}
-    for one in records:
-        place = None
-        if one["metric"] == "error_median_m":
-            place = one["region"]
-        elif (one["metric"], one.get("reading"), one.get("horizon_s")) == ("ade", "mean", 2.5):
-            place = "ADE to 2.5 s"
-        if place is not None and one["value"] is not None:
-            found.setdefault((one["system"], one["start"] or "", place), []).append(one["value"])
-    yield "| in metres | start | what | mean over seeds |"
-    yield "| --- | --- | --- | ---: |"
-    for (system, start, place), values in found.items():
-        yield f"| {system} | {start} | {place} | {sum(values) / len(values):.3g} |"
-
-
-def is_of(record, target, view, region, cells):
-    """Whether a record is a column's."""
-    wanted = {"target": target, "view": view, "region": region, "cells": cells, "metric": "foreground_iou"}
-    return all(record.get(key) == value for key, value in wanted.items())
-
-
-def told(values):
-    """`48.1 (47.0–49.5)`, `48.1`, or NA."""
-    known = [100 * value for value in values if value is not None]
-    if not known:
-        return "NA"
-    mean = f"{sum(known) / len(known):.1f}"
-    return mean if len(known) == 1 else f"{mean} ({min(known):.1f}–{max(known):.1f})"

@@ -2,9 +2,13 @@
 
 import json
 
-from real_parts import summary
-
 NAME = "real"
+COLUMNS = {
+    "camera": ("camera", "full", "all"),
+    "BEV close in view": ("bev", "close", "fov"),
+    "BEV full": ("bev", "full", "all"),
+}
+"""Column → view, region and cells of the foreground's IoU."""
 
 
 def text(results):
@@ -17,3 +21,57 @@ def text(results):
         one for path in sorted((results / NAME).glob("*.json")) for one in json.loads(path.read_text())
     ]
     return summary(records).rstrip() if records else "Not run yet."
+
+
+def summary(records):
+    """Means over seeds, with the least and the greatest, a table for each way round."""
+    lines = []
+    for way in dict.fromkeys((one["train"], one["test"]) for one in records):
+        of_way = [one for one in records if (one["train"], one["test"]) == way]
+        header = [f"{target}: {column}" for target in ("drivable", "vehicles") for column in COLUMNS]
+        lines += [f"Foreground IoU, %, learnt from {way[0]}, reported on {way[1]}", ""]
+        lines += [f"| system | start | {' | '.join(header)} |", "| --- | --- |" + " ---: |" * len(header)]
+        for system, start in dict.fromkeys(
+            (one["system"], one["start"]) for one in of_way if one["metric"] == "foreground_iou"
+        ):
+            own = [one for one in of_way if (one["system"], one.get("start")) == (system, start)]
+            cells = [
+                told([one["value"] for one in own if is_of(one, target, *place)])
+                for target in ("drivable", "vehicles")
+                for place in COLUMNS.values()
+            ]
+            lines.append(f"| {system} | {start or ''} | {' | '.join(cells)} |")
+        lines += ["", *error_lines(of_way), ""]
+    return "\n".join(lines)
+
+
+def error_lines(records):
+    """Medians of homographies' errors by range, and planners' ADE up to the last horizon, in metres."""
+    found = {}
+    for one in records:
+        place = None
+        if one["metric"] == "error_median_m":
+            place = one["region"]
+        elif (one["metric"], one.get("reading"), one.get("horizon_s")) == ("ade", "mean", 2.5):
+            place = "ADE to 2.5 s"
+        if place is not None and one["value"] is not None:
+            found.setdefault((one["system"], one["start"] or "", place), []).append(one["value"])
+    yield "| in metres | start | what | mean over seeds |"
+    yield "| --- | --- | --- | ---: |"
+    for (system, start, place), values in found.items():
+        yield f"| {system} | {start} | {place} | {sum(values) / len(values):.3g} |"
+
+
+def is_of(record, target, view, region, cells):
+    """Whether a record is a column's."""
+    wanted = {"target": target, "view": view, "region": region, "cells": cells, "metric": "foreground_iou"}
+    return all(record.get(key) == value for key, value in wanted.items())
+
+
+def told(values):
+    """`48.1 (47.0–49.5)`, `48.1`, or NA."""
+    known = [100 * value for value in values if value is not None]
+    if not known:
+        return "NA"
+    mean = f"{sum(known) / len(known):.1f}"
+    return mean if len(known) == 1 else f"{mean} ({min(known):.1f}–{max(known):.1f})"
