@@ -118,7 +118,7 @@ def _ious(found, name):
 
 def errors_of(shards, scenes, source):
     """Errors of vehicles' ground corners, each left out of the fit, as the shards have them, by scene."""
-    return [_of_scene(_stored(shards, scene, source)) for scene in scenes]
+    return [_of_scene(stored_by(source, shards, scene)) for scene in scenes]
 
 
 def mean_homography(shards, scenes):
@@ -136,11 +136,6 @@ def errors_by(bev_from_image, shards, scenes):
     return [_of_scene(measured_by(bev_from_image, shards, scene)) for scene in scenes]
 
 
-def _stored(shards, scene, source):
-    with Shard(shards / f"{scene}.h5") as shard:
-        return [read_results(shard, CAMERA, source).left_out]
-
-
 def measured_by(bev_from_image, shards, scene):
     """How far one homography puts each frame's boxes from where they are."""
     with Shard(shards / f"{scene}.h5") as shard:
@@ -148,6 +143,12 @@ def measured_by(bev_from_image, shards, scene):
         return [
             measured(bev_from_image, frame_geometry(shard, CAMERA, frame), shard.grid)[1] for frame in frames
         ]
+
+
+def stored_by(source, shards, scene):
+    """The same of a source's own homographies, each box left out of the fit, as the shard has it."""
+    with Shard(shards / f"{scene}.h5") as shard:
+        return [read_results(shard, CAMERA, source).left_out]
 
 
 def _of_scene(left_out):

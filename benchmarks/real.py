@@ -38,25 +38,37 @@ class Sizes:
 
 
 def main(arguments=None):
-    options = parsed(arguments)
+    tell(parsed(arguments), records_of, summary)
+
+
+def tell(options, records_of, summary):
+    """Write the records to stdout, as JSON or as tables; what making them prints goes to stderr."""
+    folder = options.folder.resolve()
+    folder.mkdir(parents=True, exist_ok=True)
     with contextlib.redirect_stdout(sys.stderr):
-        records = list(records_of(options))
+        records = list(records_of(options, folder))
     print(json.dumps(records, indent=1) if options.format == "json" else summary(records))
 
 
-def parsed(arguments):
+def parser_of(description, seeds):
+    """The options that all benchmarks on real images have."""
     parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+        description=description, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--data", type=Path, default=DATA, help="a folder with v1.0-*, maps and samples")
     parser.add_argument("--folder", type=Path, default=Path(".bench/real"), help="where all is kept")
+    parser.add_argument("--seeds", type=int, default=seeds)
+    parser.add_argument("--format", choices=("json", "markdown"), default="markdown")
+    return parser
+
+
+def parsed(arguments):
+    parser = parser_of(__doc__, seeds=3)
     parser.add_argument("--train", action="append", default=[], metavar="SCENE")
     parser.add_argument("--test", action="append", default=[], metavar="SCENE")
-    parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--start", action="append", choices=STARTS, help="of footprints; all by default")
     parser.add_argument("--quick", action="store_true", help="one seed, one way")
     parser.add_argument("--encoder-weights", type=Path, metavar="FILE", help="ImageNet's of the encoder")
-    parser.add_argument("--format", choices=("json", "markdown"), default="markdown")
     for name, value in asdict(Sizes()).items():
         parser.add_argument(f"--{name.replace('_', '-')}", type=type(value), default=value)
     options = parser.parse_args(arguments)
@@ -67,10 +79,8 @@ def parsed(arguments):
     return options
 
 
-def records_of(options):
+def records_of(options, folder):
     """The records of every part, way by way."""
-    folder = options.folder.resolve()
-    folder.mkdir(parents=True, exist_ok=True)
     weights = imagenet_weights(options.encoder_weights)
     starts = [one for one in options.start or STARTS if weights is not None or one not in NEED_IMAGENET]
     sizes = Sizes(**{name: getattr(options, name) for name in asdict(Sizes())})

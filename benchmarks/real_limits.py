@@ -12,15 +12,11 @@
 Nothing is chosen by them.
 """
 
-import argparse
-import contextlib
 import json
-import sys
 from dataclasses import dataclass, replace
 from functools import cached_property
-from pathlib import Path
 
-from real import DATA, Sizes
+from real import Sizes, parser_of, tell
 from real_parts import Part, Way
 from real_shards import half_names, real_shards, write_splits
 from real_tables import is_of, told
@@ -110,27 +106,17 @@ def experiments(data, trainer, train, test):
 
 
 def main(arguments=None):
-    options = parsed(arguments)
-    folder = options.folder.resolve()
-    folder.mkdir(parents=True, exist_ok=True)
-    with contextlib.redirect_stdout(sys.stderr):
-        trainer = Trainer(folder, Sizes(), imagenet_weights(None))
-        ways = [*experiments(options.data, trainer, tuple(options.train), tuple(options.test))]
-        records = [one for seed in range(options.seeds) for way in ways for one in way.records(seed)]
-    print(json.dumps(records, indent=1) if options.format == "json" else summary(records))
-
-
-def parsed(arguments):
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--data", type=Path, default=DATA, help="a folder with v1.0-*, maps and samples")
-    parser.add_argument("--folder", type=Path, default=Path(".bench/real"), help="where all is kept")
+    parser = parser_of(__doc__, seeds=1)
     parser.add_argument("--train", action="append", required=True, metavar="SCENE")
     parser.add_argument("--test", action="append", required=True, metavar="SCENE")
-    parser.add_argument("--seeds", type=int, default=1)
-    parser.add_argument("--format", choices=("json", "markdown"), default="markdown")
-    return parser.parse_args(arguments)
+    tell(parser.parse_args(arguments), records_of, summary)
+
+
+def records_of(options, folder):
+    """The records of every experiment, seed by seed."""
+    trainer = Trainer(folder, Sizes(), imagenet_weights(None))
+    ways = [*experiments(options.data, trainer, tuple(options.train), tuple(options.test))]
+    return [one for seed in range(options.seeds) for way in ways for one in way.records(seed)]
 
 
 def summary(records):

@@ -7,8 +7,7 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
 
-from bench_data import CAMERA
-from bench_grids import mean_homography, measured_by
+from bench_grids import mean_homography, measured_by, stored_by
 from commands import ogmkit
 from real_shards import METHODS, SOURCE, key_of, real_plans, real_shards, write_splits
 from real_trainings import NEED_WORLD, PLANNERS, Trainer, last, training_score
@@ -23,8 +22,6 @@ from ogmkit.evaluation.settings import EvaluateSettings
 from ogmkit.homography.leave_out import summarise
 from ogmkit.learn.predict.run import open_run
 from ogmkit.learn.runs import BEST
-from ogmkit.pipeline.homography_summary import read_results
-from ogmkit.shards.reader import Shard
 
 PLANNING = tuple(PLANNERS)
 ADAPTED, ZERO_SHOT = "-adapted", "-zero-shot"
@@ -146,10 +143,7 @@ class Way:
 
     def _stored_errors(self, source, name):
         """Errors of left-out boxes' ground corners, by range, as shards have them."""
-        left_out = []
-        for scene in self.test:
-            with Shard(self.shards / f"{scene}.h5") as shard:
-                left_out.append(read_results(shard, CAMERA, source).left_out)
+        left_out = [one for scene in self.test for one in stored_by(source, self.shards, scene)]
         return self._errors(left_out, name)
 
     def _mean_errors(self):
