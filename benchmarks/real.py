@@ -12,6 +12,7 @@ was cut short goes on: runs and shards in FOLDER, the figures of each part in FO
 import argparse
 import contextlib
 import json
+import subprocess
 import sys
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -20,9 +21,12 @@ from real_parts import PLANNING, Way, best_start
 from real_tables import summary
 from real_trainings import NEED_IMAGENET, STARTS, Trainer, imagenet_weights
 
+from ogmkit.errors import OgmkitError
 from ogmkit.nuscenes.dataset import Dataset
 
 DATA = Path("../shared/data/nuscenes-mini-images")
+INTERRUPTED = 130
+"""Exit code after Ctrl-C, as of shells."""
 
 
 @dataclass(frozen=True)
@@ -45,8 +49,16 @@ def tell(options, records_of, summary):
     """Write the records to stdout, as JSON or as tables; what making them prints goes to stderr."""
     folder = options.folder.resolve()
     folder.mkdir(parents=True, exist_ok=True)
-    with contextlib.redirect_stdout(sys.stderr):
-        records = list(records_of(options, folder))
+    try:
+        with contextlib.redirect_stdout(sys.stderr):
+            records = list(records_of(options, folder))
+    except OgmkitError as error:
+        sys.exit(f"error: {error}")
+    except subprocess.CalledProcessError as error:
+        sys.exit(error.returncode)  # the command has said why
+    except KeyboardInterrupt:
+        print("interrupted: the same command resumes", file=sys.stderr)
+        sys.exit(INTERRUPTED)
     print(json.dumps(records, indent=1) if options.format == "json" else summary(records))
 
 

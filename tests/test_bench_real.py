@@ -3,12 +3,14 @@
 import importlib
 import importlib.util
 import json
+import subprocess
 import sys
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
+from ogmkit.errors import SettingsError
 from ogmkit.nuscenes.dataset import Dataset
 
 pytest.importorskip("torch", reason="torch is not installed: pip install 'ogmkit[train]'")
@@ -118,6 +120,27 @@ def test_scenes_that_make_no_sense_are_refused(bench, capsys, scenes, message):
     with pytest.raises(SystemExit):
         bench.real.parsed([*scenes])
     assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("failure", "code", "message"),
+    [
+        (SettingsError("unknown scene 'b'"), "error: unknown scene 'b'", ""),
+        (subprocess.CalledProcessError(1, ["ogmkit"]), 1, ""),
+        (KeyboardInterrupt(), 130, "interrupted: the same command resumes\n"),
+    ],
+    ids=["error", "command", "interrupt"],
+)
+def test_what_goes_wrong_is_told_in_a_line(run, bench, monkeypatch, capsys, failure, code, message):
+    def fails(way, system, start, seed):
+        raise failure
+
+    monkeypatch.setattr(bench.real.Way, "network", fails)
+    with pytest.raises(SystemExit) as raised:
+        run("--train", "a", "--test", "b")
+    assert raised.value.code == code
+    shown = capsys.readouterr()
+    assert (shown.out, shown.err) == ("", f"a → b: for-free\n{message}")
 
 
 def test_a_part_is_made_once(bench, tmp_path):
