@@ -35,12 +35,6 @@ def make_planner(bench, part):
     return _told(sequences, {name: mean}) | {"figures": {name: _figures(found, name)}}
 
 
-def make_perception(bench, part):
-    """Train the footprints that holistic planners begin with; they are scored elsewhere."""
-    train(bench, part)
-    return {}
-
-
 def make_controls(bench, part):
     """Plans that need no network."""
     shards, splits = data_of(bench, part)

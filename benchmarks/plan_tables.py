@@ -3,7 +3,7 @@
 import numpy as np
 from bench_plans import TOLD
 from comparisons import mean_difference, told
-from planning import IMAGES, MASKS, NAME, parts_of
+from planning import IMAGES, MASKS, NAME, PERCEPTION, parts_of
 from result_rows import NOT_RUN, SEED, row, sorted_rows, system_of
 
 from ogmkit.metrics.bootstrap import Estimate
@@ -22,6 +22,8 @@ PAIRS = {
         ("regression-told", REGRESSION),
     ),
     IMAGES: (
+        ("lstm-ed-linear", LINEAR),
+        ("mid-to-end-linear", LINEAR),
         ("holistic-frozen", "holistic-cv-frozen"),
         ("holistic", "holistic-cv"),
         ("holistic", "holistic-frozen"),
@@ -31,7 +33,14 @@ PAIRS = {
         ("holistic-cv", LINEAR),
     ),
 }
-TITLES = {MASKS: "True masks, 300 scenes", IMAGES: "Images, 42 scenes"}
+TITLES = {MASKS: "True masks, 300 scenes", IMAGES: "Images, 112 scenes"}
+PLACES = {
+    "drivable camera full all": "drivable area in camera view",
+    "drivable bev close fov": "from above, close by and in view",
+    "vehicles camera full all": "vehicles in camera view",
+    "vehicles bev close fov": "from above, close by and in view",
+}
+"""Of the perception's figures, and how they are told."""
 __all__ = ["NAME", "parts_of", "text"]
 
 
@@ -40,6 +49,7 @@ def text(bench):
     parts = []
     for world, title in TITLES.items():
         parts += [f"### {title}", figures(bench, world), differences(bench, world)]
+    parts.append(perception(bench))
     return "\n\n".join(parts)
 
 
@@ -72,6 +82,16 @@ def differences(bench, world):
         each = ", ".join(f"{seed:+.4f}" for seed in seeds).replace("-", "−")
         lines.append(row(name, *cells, _away(*of_all, over_seeds=True), each))
     return "\n".join(lines)
+
+
+def perception(bench):
+    """How good the masks are that the holistic planners begin with."""
+    record = bench.record(PERCEPTION)
+    if record is None:
+        return f"Their perception: {NOT_RUN}."
+    (found,) = record["figures"]["foreground_iou"].values()
+    shown = [f"{name} {100 * found[place]:.1f} %" for place, name in PLACES.items()]
+    return f"Foreground IoU of the perception that they begin with: {', '.join(shown)}."
 
 
 def _rows(bench, world):

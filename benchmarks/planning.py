@@ -3,8 +3,9 @@
 `python benchmarks/planning.py` makes what is missing, `--plan` says what that is and how long it takes;
 `python benchmarks/assemble.py` puts the tables of what is there into RESULTS.md. A part that was cut short
 resumes. Masks need no pictures, so that there are many scenes of them (`masks/…`, 300); the planners with
-images have a world of their own (`images/…`, 42), rows without images beside them. Every part is trained on
-the scenes of `train`, chooses its checkpoint by those of `val`, and tells figures of `test`.
+images have a world of their own (`images/…`, 112), and beside them stand rows that were trained as long on
+true masks and on none. Every part is trained on the scenes of `train`, chooses its checkpoint by those of
+`val`, and tells figures of `test`.
 """
 
 import sys
@@ -12,8 +13,9 @@ from dataclasses import dataclass
 
 from bench_command import run_bench
 from bench_data import PLAN_GRID, make_world, world_settings
+from bench_grids import make_grids
 from bench_parts import Part
-from bench_plans import make_controls, make_gain, make_perception, make_planner
+from bench_plans import make_controls, make_gain, make_planner
 
 NAME = "plan"
 MASKS, IMAGES = "masks", "images"
@@ -28,7 +30,7 @@ class Sizes:
     """What decides how long it takes."""
 
     mask_split: tuple = (240, 20, 40)
-    image_split: tuple = (24, 6, 12)
+    image_split: tuple = (80, 8, 24)
     frames: int = 40
     rendered: str = "90x160"
     images: str = "64x128"
@@ -61,6 +63,8 @@ def parts_of(toy):
     yield _controls(IMAGES)
     yield _perception(sizes)
     for seed in sizes.seeds:
+        yield _beside("lstm-ed", seed, sizes)
+        yield _beside("mid-to-end", seed, sizes, _pooled())
         for frozen in (True, False):
             yield _holistic("holistic", seed, frozen, sizes)
             yield _holistic("holistic-cv", seed, frozen, sizes)
@@ -79,7 +83,7 @@ def _world(world, split, image_size, sizes):
         sources="surface" if seen else "",
         masks=["warp"] if seen else [],
     )
-    return Part(f"{world}/data", 8 if seen else 35, settings, make_world)
+    return Part(f"{world}/data", 10 if seen else 35, settings, make_world)
 
 
 def _controls(world):
@@ -102,7 +106,15 @@ def _perception(sizes):
     data = f"{IMAGES}/data"
     train = ["footprints", *_common(), *_images(sizes), "--balance", "weighted", "--masks", "surface"]
     train += ["--lr", 1e-3, "--epochs", sizes.perception_epochs]
-    return Part(PERCEPTION, 6, {"data": data, "seed": 0, "train": train}, make_perception, (data,))
+    settings = {"data": data, "homography": "surface", "seed": 0, "train": train}
+    return Part(PERCEPTION, 7, settings, make_grids, (data,))
+
+
+def _beside(system, seed, sizes, more=()):
+    """What sees no images, trained as the holistic ones are."""
+    data = f"{IMAGES}/data"
+    settings = {"data": data, "seed": seed, "train": [system, *more, *_steps(sizes)]}
+    return Part(f"{IMAGES}/{system}-linear-{seed}", 1, settings, make_planner, (data,))
 
 
 def _holistic(system, seed, frozen, sizes):
@@ -111,14 +123,19 @@ def _holistic(system, seed, frozen, sizes):
     Both have the linear mean, so that what differs is what they see: from nothing, so few steps are spent on
     learning to use the destination.
     """
-    train = [system, *_images(sizes), *_planning(), *_pooled(), "--mean", "linear", "--masks", "surface"]
-    train += ["--batch-size", 4, "--epochs", sizes.image_epochs, "--balance", "weighted"]
+    train = [system, *_images(sizes), *_steps(sizes), *_pooled(), "--masks", "surface"]
+    train += ["--balance", "weighted"]
     train += ["--warp", "surface"] if system == "holistic" else []
     train += ["--freeze", "perception"] if frozen else []
     needs = (f"{IMAGES}/data", PERCEPTION)
     settings = {"data": needs[0], "perception": PERCEPTION, "seed": seed, "train": train}
     name = f"{system}-frozen" if frozen else system
-    return Part(f"{IMAGES}/{name}-{seed}", 4 if frozen else 8, settings, make_planner, needs)
+    return Part(f"{IMAGES}/{name}-{seed}", 6 if frozen else 12, settings, make_planner, needs)
+
+
+def _steps(sizes):
+    """Of planners beside and with images."""
+    return [*_planning(), "--mean", "linear", "--batch-size", 4, "--epochs", sizes.image_epochs]
 
 
 def _planning():

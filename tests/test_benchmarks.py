@@ -149,7 +149,7 @@ def test_parts_are_short_and_come_after_what_they_need(bench):
 
 def test_every_world_has_a_log_for_each_scene_and_images_show_what_is_annotated(bench):
     worlds = [part.settings for part in all_parts(bench) if "synthesize" in part.settings]
-    assert [world["split"] for world in worlds] == [[40, 8, 12], [40, 8, 12], [240, 20, 40], [24, 6, 12]]
+    assert [world["split"] for world in worlds] == [[40, 8, 12], [40, 8, 12], [240, 20, 40], [80, 8, 24]]
     for world in worlds:
         options = dict(zip(world["synthesize"], world["synthesize"][1:], strict=False))
         seen = "none" not in world["extract"]
