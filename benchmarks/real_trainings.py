@@ -27,6 +27,7 @@ FINE_TUNED = ["--lr", 1e-4, "--batch-norm", "kept"]
 """After a start that knows such masks: a tenth of the learning rate, and no statistics of one scene."""
 PLANNERS = {
     "lstm-ed": ["lstm-ed"],
+    "lstm-ed-linear": ["lstm-ed", "--mean", "linear"],
     "mid-to-end": ["mid-to-end", "--pool-cells", 240],
     "mid-to-end-linear": ["mid-to-end", "--pool-cells", 240, "--mean", "linear"],
 }
