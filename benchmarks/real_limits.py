@@ -16,10 +16,10 @@ import json
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+from limits_tables import summary
 from real import Sizes, parser_of, tell
 from real_parts import Part, Way
 from real_shards import half_names, real_shards, write_splits
-from real_tables import is_of, told
 from real_trainings import Trainer, imagenet_weights, last
 
 from ogmkit.evaluation.formats import as_json
@@ -29,12 +29,6 @@ from ogmkit.target_settings import TargetSettings
 SYSTEM, START, CONTROL = "footprints", "both", "mean-mask"
 BENCHMARK, SEEN, HALF, STREET = "as in real.py", "seen vehicles", "second half", "same street"
 IMAGE_SIZES = ("112x200", "448x800")
-COLUMNS = {
-    "drivable: camera": ("drivable", "camera", "full", "all"),
-    "drivable: BEV close in view": ("drivable", "bev", "close", "fov"),
-    "vehicles: camera": ("vehicles", "camera", "full", "all"),
-    "vehicles: BEV close in view": ("vehicles", "bev", "close", "fov"),
-}
 
 
 @dataclass(frozen=True)
@@ -117,23 +111,6 @@ def records_of(options, folder):
     trainer = Trainer(folder, Sizes(), imagenet_weights(None))
     ways = [*experiments(options.data, trainer, tuple(options.train), tuple(options.test))]
     return [one for seed in range(options.seeds) for way in ways for one in way.records(seed)]
-
-
-def summary(records):
-    """Means over seeds, with the least and the greatest, of all experiments."""
-    lines = [f"| reported on | experiment | system | {' | '.join(COLUMNS)} |"]
-    lines += ["| --- | --- | --- |" + " ---: |" * len(COLUMNS)]
-    of_row = {}
-    for one in records:
-        row = one["test"].partition("-last")[0], one["experiment"], one["system"]
-        of_row.setdefault(row, []).append(one)
-    for row, own in of_row.items():
-        cells = [
-            told([one["value"] for one in own if is_of(one, target, *place)])
-            for target, *place in COLUMNS.values()
-        ]
-        lines.append(f"| {' | '.join((*row, *cells))} |")
-    return "\n".join(lines)
 
 
 if __name__ == "__main__":

@@ -12,14 +12,17 @@ COLUMNS = {
 
 
 def text(results):
-    """Tables of all JSON files of a folder, or a line that says that there is none.
+    """Tables of all JSON files, or a line that says that there is none.
 
     Args:
         results: the folder of all benchmarks' results.
     """
-    records = [
-        one for path in sorted((results / NAME).glob("*.json")) for one in json.loads(path.read_text())
-    ]
+    return text_of(results / NAME, summary)
+
+
+def text_of(folder, summary):
+    """What `summary` makes of the records in a folder's JSON files, or that there is none."""
+    records = [one for path in sorted(folder.glob("*.json")) for one in json.loads(path.read_text())]
     return summary(records).rstrip() if records else "Not run yet."
 
 
