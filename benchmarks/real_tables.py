@@ -59,10 +59,10 @@ def error_lines(records):
             place = "ADE to 2.5 s"
         if place is not None and one["value"] is not None:
             found.setdefault((one["system"], one["start"] or "", place), []).append(one["value"])
-    yield "| in metres | start | what | mean over seeds |"
+    yield "| in metres | start | what | mean over seeds, least and greatest |"
     yield "| --- | --- | --- | ---: |"
     for (system, start, place), values in found.items():
-        yield f"| {system} | {start} | {place} | {sum(values) / len(values):.3g} |"
+        yield f"| {system} | {start} | {place} | {with_range(values, '.3g')} |"
 
 
 def is_of(record, target, view, region, cells):
@@ -76,5 +76,10 @@ def told(values):
     known = [100 * value for value in values if value is not None]
     if not known:
         return "NA"
-    mean = f"{sum(known) / len(known):.1f}"
-    return mean if len(known) == 1 else f"{mean} ({min(known):.1f}–{max(known):.1f})"
+    return with_range(known, ".1f")
+
+
+def with_range(values, form):
+    """`48.1 (47.0–49.5)`: the mean, with the least and the greatest; one value as it is."""
+    mean = format(sum(values) / len(values), form)
+    return mean if len(values) == 1 else f"{mean} ({min(values):{form}}–{max(values):{form}})"
