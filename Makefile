@@ -15,7 +15,7 @@ EXACT := $(addprefix tests/,geometry raster homography footprints metrics test_g
 
 .DEFAULT_GOAL := help
 .PHONY: help install demo test slow pictures site release-check harden mutants conformance conformance-env environments bench \
-	bench-learn bench-plan bench-tables bench-real bench-limits bench-scale demo-start
+	bench-learn bench-plan bench-tables bench-real bench-scale demo-start
 
 help:
 	@echo "make install      $(VENV) with the ogmkit command and what training needs"
@@ -34,7 +34,6 @@ help:
 	@echo "make bench-tables what these two have found so far, into benchmarks/RESULTS.md"
 	@echo "make bench-scale  the whole of trainval, generated, on this machine: times, memory, ratios; hours (SCALE=--plan)"
 	@echo "make bench-real   networks on real images, each scene left out once; takes hours (REAL=--quick: less)"
-	@echo "make bench-limits  what stands in the way there, one thing changed at a time (LIMITS='--train A --test B')"
 
 define new_environment
 @$(PYTHON) -c 'import sys; sys.exit(None if sys.version_info >= (3, 11) else "ogmkit needs Python 3.11 or newer, \
@@ -145,10 +144,6 @@ bench-tables: $(VENV)/.installed-dev
 
 bench-real: $(VENV)/.installed-dev
 	$(VENV)/bin/python benchmarks/real.py $(REAL)
-
-# One thing changed at a time: LIMITS="--train scene-0103 --test scene-0523".
-bench-limits: $(VENV)/.installed-dev
-	$(VENV)/bin/python benchmarks/real_limits.py $(LIMITS)
 
 # Leave the machine alone meanwhile; a part at a time, and what is there is kept.
 bench-scale: $(VENV)/.installed

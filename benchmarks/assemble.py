@@ -9,7 +9,6 @@ from pathlib import Path
 
 import cost_model
 import learn_tables
-import limits_tables
 import plan_tables
 import real_tables
 import scale_tables
@@ -44,8 +43,7 @@ def main(arguments=None):
     for command, tables in TABLES.items():
         bench = Bench(options.results, options.results / tables.NAME, tuple(tables.parts_of(toy=False)))
         page = between(page, tables.NAME, f"{state(bench, command)}\n\n{tables.text(bench)}")
-    for tables in (real_tables, limits_tables):
-        page = between(page, tables.NAME, tables.text(options.results))
+    page = between(page, real_tables.NAME, real_tables.text(options.results))
     options.page.write_text(page, encoding="utf-8")
     page = options.scaling.read_text(encoding="utf-8")
     bench = Bench(

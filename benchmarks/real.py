@@ -42,11 +42,8 @@ class Sizes:
 
 
 def main(arguments=None):
-    tell(parsed(arguments), records_of, summary)
-
-
-def tell(options, records_of, summary):
     """Write the records to stdout, as JSON or as tables; what making them prints goes to stderr."""
+    options = parsed(arguments)
     folder = options.folder.resolve()
     folder.mkdir(parents=True, exist_ok=True)
     try:
@@ -62,20 +59,14 @@ def tell(options, records_of, summary):
     print(json.dumps(records, indent=1) if options.format == "json" else summary(records))
 
 
-def parser_of(description, seeds):
-    """The options that all benchmarks on real images have."""
+def parsed(arguments):
     parser = argparse.ArgumentParser(
-        description=description, formatter_class=argparse.RawDescriptionHelpFormatter
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--data", type=Path, default=DATA, help="a folder with v1.0-*, maps and samples")
     parser.add_argument("--folder", type=Path, default=Path(".bench/real"), help="where all is kept")
-    parser.add_argument("--seeds", type=int, default=seeds)
+    parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--format", choices=("json", "markdown"), default="markdown")
-    return parser
-
-
-def parsed(arguments):
-    parser = parser_of(__doc__, seeds=3)
     parser.add_argument("--train", action="append", default=[], metavar="SCENE")
     parser.add_argument("--test", action="append", default=[], metavar="SCENE")
     parser.add_argument("--start", action="append", choices=STARTS, help="of footprints; all by default")

@@ -20,64 +20,32 @@ SCALE = 4
 """Image size / mask size: 225 × 400."""
 CHECKED = 5
 """Validation is on every fifth frame of the training scenes: it chooses nothing, and has to be quick."""
-BETWEEN = 4
-"""Frames between the halves of a scene: two seconds."""
 FRAMES, SEED = 20, 5
 """Of synthetic worlds."""
 RENDERED = "225x400"
 
 
-def real_shards(folder, data, scenes, *, settings=None, halved=()):
-    """Shards of the dataset's scenes, and of some frames of each; masks of footprints and of whole bodies.
-
-    Args:
-        folder: of the benchmark.
-        data: the dataset.
-        scenes: names.
-        settings: of the extraction, where they aren't the defaults.
-        halved: those of the scenes whose halves are scenes of their own, too.
-    """
-    changed = [one for one in (settings, halved) if one]
-    out = folder / f"shards-{key_of(data.resolve(), scenes, *changed)}"
+def real_shards(folder, data, scenes):
+    """Shards of the dataset's scenes, and of some frames of each; masks of footprints and of whole bodies."""
+    out = folder / f"shards-{key_of(data.resolve(), scenes)}"
     with Dataset(data) as dataset:
         version, whole = dataset.version, [dataset.scene(name, (CAMERA,)) for name in scenes]
-    halves = [half for one in whole if one.name in halved for half in halves_of(one)]
-    taught = [*whole, *halves]
-    records = RecordDataset(data, version, (*taught, *map(checked, taught)))
+    records = RecordDataset(data, version, (*whole, *map(checked, whole)))
     names, cache = records.scene_names(), folder / "cache"
-    how = settings or ExtractSettings()
-    extract(records, out, how, scenes=names, splits={}, strict=True, cache_dir=cache)
+    extract(records, out, ExtractSettings(), scenes=names, splits={}, strict=True, cache_dir=cache)
     return _with_masks(out, SCALE)
 
 
 def checked(scene):
     """A few frames of a scene, as one of its own: a training needs some that it is not told to learn from."""
-    return _frames(scene, check_name(scene.name), slice(None, None, CHECKED))
-
-
-def halves_of(scene):
-    """Its first and its last frames, as scenes of their own, without the seconds between."""
-    middle = len(scene.cameras[CAMERA]) // 2
-    first, last = half_names(scene.name)
-    return (
-        _frames(scene, first, slice(middle - BETWEEN // 2)),
-        _frames(scene, last, slice(middle + BETWEEN // 2, None)),
-    )
+    name = check_name(scene.name)
+    frames = tuple(replace(one, scene_name=name) for one in scene.cameras[CAMERA][::CHECKED])
+    return replace(scene, name=name, cameras={CAMERA: frames})
 
 
 def check_name(scene):
     """What the scene of a few frames is called."""
     return f"{scene}-check"
-
-
-def half_names(scene):
-    """What its halves are called."""
-    return f"{scene}-first", f"{scene}-last"
-
-
-def _frames(scene, name, chosen):
-    frames = tuple(replace(one, scene_name=name) for one in scene.cameras[CAMERA][chosen])
-    return replace(scene, name=name, cameras={CAMERA: frames})
 
 
 def real_plans(folder, data, scenes):
@@ -109,12 +77,9 @@ def synthetic_plans(folder, scenes):
     return out
 
 
-def write_splits(folder, train, test, *marks):
-    """The split file of one way round: validation is on training frames, and chooses nothing.
-
-    Its name, which the names of runs come from, differs by the marks, too.
-    """
-    path = folder / f"splits-{key_of(train, test, *marks)}.json"
+def write_splits(folder, train, test):
+    """The split file of one way round: validation is on training frames, and chooses nothing."""
+    path = folder / f"splits-{key_of(train, test)}.json"
     path.write_text(json.dumps({"train": train, "val": [*map(check_name, train)], "test": test}))
     return path
 

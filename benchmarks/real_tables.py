@@ -17,12 +17,8 @@ def text(results):
     Args:
         results: the folder of all benchmarks' results.
     """
-    return text_of(results / NAME, summary)
-
-
-def text_of(folder, summary):
-    """What `summary` makes of the records in a folder's JSON files, or that there is none."""
-    records = [one for path in sorted(folder.glob("*.json")) for one in json.loads(path.read_text())]
+    paths = sorted((results / NAME).glob("*.json"))
+    records = [one for path in paths for one in json.loads(path.read_text())]
     return summary(records).rstrip() if records else "Not run yet."
 
 

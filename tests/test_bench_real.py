@@ -15,7 +15,7 @@ from ogmkit.nuscenes.dataset import Dataset
 
 pytest.importorskip("torch", reason="torch is not installed: pip install 'ogmkit[train]'")
 
-MODULES = ("real", "real_limits", "real_parts", "real_shards", "real_trainings", "commands")
+MODULES = ("real", "real_parts", "real_shards", "real_trainings", "commands")
 
 
 @pytest.fixture
@@ -171,52 +171,3 @@ def test_validation_is_on_training_frames_and_no_scene_is_in_two_splits(bench, t
     tokens = [one.sample_token for one in scene.cameras["CAM_FRONT"]]
     assert [one.sample_token for one in found.cameras["CAM_FRONT"]] == tokens[::5]
     assert {one.scene_name for one in found.cameras["CAM_FRONT"]} == {found.name}
-
-
-def test_the_halves_of_a_scene_have_no_frame_in_common(bench, tiny_dataroot):
-    with Dataset(tiny_dataroot) as dataset:
-        scene = dataset.scene("scene-0001", ("CAM_FRONT",))
-    first, last = bench.real_shards.halves_of(scene)
-    tokens = [one.sample_token for one in scene.cameras["CAM_FRONT"]]
-    middle, away = len(tokens) // 2, bench.real_shards.BETWEEN // 2
-    assert [one.sample_token for one in first.cameras["CAM_FRONT"]] == tokens[: middle - away]
-    assert [one.sample_token for one in last.cameras["CAM_FRONT"]] == tokens[middle + away :]
-    assert (first.name, last.name) == ("scene-0001-first", "scene-0001-last")
-
-
-def test_experiments_change_one_thing(bench, tmp_path):
-    trainer = bench.real_trainings.Trainer(tmp_path, bench.real.Sizes(), None)
-    ways = {
-        one.name: one
-        for one in bench.real_limits.experiments(Path("data"), trainer, ("scene-a",), ("scene-b",))
-    }
-    plain = ways["as in real.py"]
-    half, street, seen = (ways[name] for name in ("second half", "same street", "seen vehicles"))
-    assert (half.train, half.test, half.taught) == (("scene-a",), ("scene-b-last",), plain)
-    assert (street.train, street.test) == (("scene-a", "scene-b-first"), half.test)
-    assert (seen.train, seen.test) == (plain.train, plain.test) == (("scene-a",), ("scene-b",))
-    # Runs' names come from those of the split files: other labels are other runs.
-    assert seen.splits.name != plain.splits.name
-    small = ways["images of 112x200"].trainer
-    assert small.recipe != trainer.recipe
-    assert small.sizes.image_size == "112x200"
-
-
-def test_experiments_tell_json_alone(bench, monkeypatch, tmp_path, capsys):
-    def records(way, seed):
-        print("training")
-        figure = {"metric": "foreground_iou", "value": 0.25 + seed / 10, "target": "drivable"}
-        place = {"view": "camera", "region": "full", "cells": "all"}
-        scenes = {"train": ",".join(way.train), "test": ",".join(way.test)}
-        return [{"system": "footprints", "experiment": way.name, **figure, **place, **scenes}]
-
-    monkeypatch.setattr(bench.real_limits.Experiment, "records", records)
-    monkeypatch.setattr(bench.real_limits, "imagenet_weights", lambda given: None)
-    arguments = ["--folder", str(tmp_path), "--train", "a", "--test", "b", "--seeds", "2"]
-    bench.real_limits.main([*arguments, "--format", "json"])
-    shown = capsys.readouterr()
-    assert {one["experiment"] for one in json.loads(shown.out)} >= {"second half", "same street"}
-    assert "training" in shown.err
-    bench.real_limits.main(arguments)
-    row = "| b | same street | footprints | 30.0 (25.0–35.0) | NA | NA | NA |"
-    assert row in capsys.readouterr().out.splitlines()
