@@ -24,8 +24,10 @@ from ogmkit.learn.predict.run import open_run
 from ogmkit.learn.runs import BEST
 
 PLANNING = tuple(PLANNERS)
-ADAPTED, ZERO_SHOT = "-adapted", "-zero-shot"
-"""After a system's name: normalisation taken from the test images, without labels; nothing real learnt."""
+ZERO_SHOT = "-zero-shot"
+"""After a system's name: nothing real learnt."""
+SHARES = {"-adapted": 1, "-half-adapted": 0.5}
+"""After a system's name → how much of its normalisation is taken from the test images, without labels."""
 
 
 @dataclass(frozen=True)
@@ -103,15 +105,19 @@ class Way:
         runs = {system: last(run)}
         if start in NEED_WORLD and system == "footprints" and seed == 0:
             runs[f"{system}{ZERO_SHOT}"] = last(self.trainer.synthetic(system, start))
-        runs |= {f"{name}{ADAPTED}": self._adapted(one) for name, one in runs.items()}
+        runs |= {
+            f"{name}{mark}": self._adapted(one, share)
+            for mark, share in SHARES.items()
+            for name, one in runs.items()
+        }
         return Part([*self._marked(self._scored(runs), start, seed)], score)
 
-    def _adapted(self, run):
+    def _adapted(self, run, share):
         """A run adapted to the test images."""
-        out = self.trainer.runs / "adapted" / key_of(self.splits.name, run)
+        out = self.trainer.runs / "adapted" / key_of(self.splits.name, run, share)
         if not (out / BEST).exists():
             of_test = ["--split-file", self.splits, "--split", "test"]
-            ogmkit("adapt", run, self.shards, "--out", out, *of_test)
+            ogmkit("adapt", run, self.shards, "--out", out, "--share", share, *of_test)
         return out
 
     def _homography(self, run):

@@ -22,7 +22,7 @@ from .text import with_number
     cls=Command,
     examples=(
         "ogmkit adapt runs/footprints shards --out runs/footprints-adapted --split test",
-        "ogmkit adapt runs/footprints images --out runs/footprints-adapted",
+        "ogmkit adapt runs/footprints images --out runs/footprints-adapted --share 0.5",
     ),
 )
 @click.argument("run", type=EXISTING)
@@ -33,6 +33,13 @@ from .text import with_number
 @shards_split_file_option
 @cameras_option()
 @limit_option
+@click.option(
+    "--share",
+    type=click.FloatRange(0, 1, min_open=True),
+    default=1.0,
+    show_default=True,
+    help="Weight of the images' statistics in the new ones; RUN's own have the rest.",
+)
 @click.option(
     "--batch-size",
     type=click.IntRange(min=2),
@@ -45,6 +52,7 @@ def command(
     run: Path,
     source: Path,
     out: Path,
+    share: float,
     batch_size: int,
     workers: int,
     **chosen: Any,  # noqa: ANN401  # the fields of `Choice`
@@ -53,8 +61,8 @@ def command(
 
     RUN is a folder that `ogmkit train` wrote, or a checkpoint, of a system that sees images; SOURCE a folder
     of shards, or of *.jpg and *.png. FOLDER gets a checkpoint with the same weights, whose statistics of
-    batch normalisation are those of the images, and which says so; RUN stays as it is. No label is read.
-    Options that choose frames go with shards.
+    batch normalisation are those of the images, or lie between them and RUN's (--share), and which says so;
+    RUN stays as it is. No label is read. Options that choose frames go with shards.
     """
     require_train()
     with progress(None, "images", "adapt") as advance:
@@ -67,6 +75,7 @@ def command(
             source,
             out,
             choice=Choice(**chosen),
+            share=share,
             batch_size=batch_size,
             workers=workers,
             on_progress=advance,

@@ -47,7 +47,7 @@ def command(path: Path, version: str | None, as_json: bool) -> None:
                 left_out (camera, reason, frames: how many)
     run         system, settings, scenes, checkpoints, figures (epoch, step, name, value)
     checkpoint  system, settings, grid, cameras, epoch, package_version, adapted (null, or run, sha256,
-                source, scenes, images)
+                source, scenes, images, share)
     """  # noqa: D301  # Click wants the character
     kind = _kind(path)
     held = {"path": str(path), "kind": kind, **_READERS[kind](path, version)}

@@ -119,7 +119,9 @@ def _checkpoint(held: _Held) -> Iterator[str]:
     yield f"grid: {grid['rows']} rows × {grid['columns']} columns, {grid['m_per_cell']} m a cell"
     if held["adapted"]:
         made = held["adapted"]
-        yield f"batch normalisation: by {made['images']} images of {made['source']}, from {made['run']}"
+        share = "" if made["share"] == 1 else f", with a share of {made['share']:g}"
+        images = f"{made['images']} images of {made['source']}{share}"
+        yield f"batch normalisation: by {images}, from {made['run']}"
     yield from _settings(held["settings"])
 
 

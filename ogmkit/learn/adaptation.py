@@ -16,6 +16,7 @@ class Adaptation:
         source: the folder of shards or images.
         scenes: of shards, names of the scenes.
         images: how many.
+        share: of the images' statistics in the new ones, up to 1; the run's own have the rest.
     """
 
     run: str
@@ -23,6 +24,7 @@ class Adaptation:
     source: str
     scenes: tuple[str, ...]
     images: int
+    share: float = 1.0
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values."""
@@ -37,4 +39,6 @@ class Adaptation:
         """
         texts = {name: str(values[name]) for name in ("run", "sha256", "source")}
         scenes = tuple(str(scene) for scene in values["scenes"])
-        return cls(**texts, scenes=scenes, images=int(values["images"]))
+        # Checkpoints of before have no share: all was the images'.
+        share = float(values.get("share", 1.0))
+        return cls(**texts, scenes=scenes, images=int(values["images"]), share=share)

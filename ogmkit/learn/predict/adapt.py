@@ -57,6 +57,7 @@ def adapt(
     out: Path,
     *,
     choice: Choice | None = None,
+    share: float = 1.0,
     batch_size: int = 8,
     workers: int = 0,
     on_progress: Callable[[int, int], None] | None = None,
@@ -70,6 +71,7 @@ def adapt(
         source: a folder of shards, or of *.jpg and *.png.
         out: folder of the new RUN.
         choice: which frames of shards; all by default.
+        share: of the images' statistics in the new ones, over 0 and up to 1; the run's own have the rest.
         batch_size: images at a time.
         workers: processes that read.
         on_progress: called with (images done, images in all).
@@ -77,13 +79,15 @@ def adapt(
     Raises:
         CheckpointError: there is no checkpoint, it is damaged, or its network sees no images or has no batch
             normalisation.
-        SettingsError: a scene, split or camera is unknown, there is one image only, or the network needs more
-            than images.
+        SettingsError: a scene, split or camera is unknown, there is one image only, the share is out of
+            range, or the network needs more than images.
         ShardError: the shards are no finished extraction, or have no images.
         DataFileError: an image is absent or damaged.
         OutputError: `out` holds something, or can't be written.
     """
     started = time.monotonic()
+    if not 0 < share <= 1:
+        raise SettingsError(f"share must be over 0 and at most 1, not {share}")
     run = open_run(checkpoint)
     layers = _require_adaptable(run)
     require_vacant(out)
@@ -93,12 +97,12 @@ def adapt(
         raise SettingsError(f"{source}: statistics of a single image are none; give at least {_FEWEST}")
     tell(Found(f"{with_number(len(images), 'image')}; {run.path} on {device_name()}"))
     batches = EpochBatches(len(images), size, seed=0, shuffle=True, drop_last=True)
-    with recalibrating(run.model), torch.inference_mode():
+    with recalibrating(run.model, share), torch.inference_mode():
         for done, batch in enumerate(loader(images, batches, workers=workers), start=1):
             _look(run, batch)
             if on_progress is not None:
                 on_progress(done * size, len(batches) * size)
-    made = Adaptation(str(run.path), run.sha256, str(source), scenes, len(batches) * size)
+    made = Adaptation(str(run.path), run.sha256, str(source), scenes, len(batches) * size, share)
     _write(run, out, made)
     return AdaptSummary(run.system, layers, made.images, time.monotonic() - started)
 

@@ -9,6 +9,7 @@ import pytest
 import torch
 
 from ogmkit.errors import CheckpointError, OutputError, SettingsError
+from ogmkit.learn.adaptation import Adaptation
 from ogmkit.learn.catalogue import CATALOGUE
 from ogmkit.learn.data.frames import FrameDataset
 from ogmkit.learn.models.recalibration import batch_norms
@@ -60,6 +61,36 @@ def test_statistics_are_those_of_the_images(make, tmp_path, sample_shards):
     assert summary.layers == len(batch_norms(open_run(run).model)) > 10
     torch.testing.assert_close(found.running_mean.double(), inputs.mean((0, 2, 3)), rtol=1e-4, atol=1e-5)
     torch.testing.assert_close(found.running_var.double(), inputs.var((0, 2, 3)), rtol=1e-4, atol=1e-5)
+
+
+@pytest.mark.parametrize("share", [0.5, 0.25])
+def test_a_share_lies_between_the_run_and_the_images(make, tmp_path, sample_shards, share):
+    run, choice = make(), Choice(limit=4)
+    # A new network's statistics are 0 and 1: others tell which is weighted how.
+    for name, images in (("former", Choice(limit=3)), ("images", choice)):
+        adapt(run if name == "former" else tmp_path / "former", sample_shards, tmp_path / name, choice=images)
+    adapt(tmp_path / "former", sample_shards, tmp_path / "both", choice=choice, share=share)
+
+    there, new, found = (batch_norms(open_run(tmp_path / one).model) for one in ("former", "images", "both"))
+    for one, other, between in zip(there, new, found, strict=True):
+        for kind in ("running_mean", "running_var"):
+            expected = (1 - share) * getattr(one, kind) + share * getattr(other, kind)
+            torch.testing.assert_close(getattr(between, kind), expected)
+    assert not torch.allclose(there[0].running_mean, new[0].running_mean, rtol=1e-3)
+    assert summarise_checkpoint(tmp_path / "both" / "best.ckpt").adapted["share"] == share
+
+
+@pytest.mark.parametrize("share", [0.0, -0.5, 1.01, float("nan")])
+def test_a_share_out_of_range_is_refused(make, tmp_path, sample_shards, share):
+    with pytest.raises(SettingsError, match="share must be over 0 and at most 1"):
+        adapt(make(), sample_shards, tmp_path / "out", share=share)
+    assert not (tmp_path / "out").exists()
+
+
+def test_checkpoints_that_name_no_share_are_the_images_alone():
+    made = Adaptation("run", "00", "shards", ("scene-0001",), 4, 0.5).to_dict()
+    del made["share"]
+    assert Adaptation.from_dict(made).share == 1
 
 
 def test_several_batches_count_alike(make, tmp_path, sample_shards):
@@ -126,6 +157,7 @@ def test_the_new_run_says_where_it_comes_from_and_which_scenes_have_taught_it(ma
         "source": str(sample_shards),
         "scenes": ("scene-0002",),
         "images": 16,
+        "share": 1.0,
     }
     assert summarise_checkpoint(run / "best.ckpt").adapted is None
     known = json.loads((tmp_path / "out" / "splits.json").read_text())
