@@ -24,6 +24,7 @@ PAIRS = {
     IMAGES: (
         ("lstm-ed-linear", LINEAR),
         ("mid-to-end-linear", LINEAR),
+        ("mid-to-end-linear-long", LINEAR),
         ("holistic-frozen", "holistic-cv-frozen"),
         ("holistic", "holistic-cv"),
         ("holistic", "holistic-frozen"),

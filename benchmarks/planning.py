@@ -4,8 +4,8 @@
 `python benchmarks/assemble.py` puts the tables of what is there into RESULTS.md. A part that was cut short
 resumes. Masks need no pictures, so that there are many scenes of them (`masks/…`, 300); the planners with
 images have a world of their own (`images/…`, 112), and beside them stand rows that were trained as long on
-true masks and on none. Every part is trained on the scenes of `train`, chooses its checkpoint by those of
-`val`, and tells figures of `test`.
+true masks and on none, and longer on true ones. Every part is trained on the scenes of `train`, chooses its
+checkpoint by those of `val`, and tells figures of `test`.
 """
 
 import sys
@@ -22,6 +22,7 @@ MASKS, IMAGES = "masks", "images"
 WORLD_SEED = {MASKS: 23, IMAGES: 24}
 UNRENDERED = "16x16"
 """Of a world whose pictures nobody looks at."""
+LINEAR = ["--mean", "linear"]
 PERCEPTION = f"{IMAGES}/footprints"
 
 
@@ -52,10 +53,10 @@ def parts_of(toy):
     yield _world(MASKS, sizes.mask_split, UNRENDERED, sizes)
     yield _controls(MASKS)
     for seed in sizes.seeds:
-        yield _from_masks("mid-to-end-linear", ["mid-to-end", *_pooled(), "--mean", "linear"], seed, sizes)
+        yield _from_masks("mid-to-end-linear", ["mid-to-end", *_pooled(), *LINEAR], seed, sizes)
     yield _gain(sizes)
     for seed in sizes.seeds:
-        yield _from_masks("lstm-ed-linear", ["lstm-ed", "--mean", "linear"], seed, sizes)
+        yield _from_masks("lstm-ed-linear", ["lstm-ed", *LINEAR], seed, sizes)
         yield _from_masks("mid-to-end", ["mid-to-end", *_pooled()], seed, sizes)
         yield _from_masks("lstm-ed", ["lstm-ed"], seed, sizes)
         yield _from_masks("mid-to-end-np", ["mid-to-end", *_pooled(), "--no-past"], seed, sizes)
@@ -65,6 +66,7 @@ def parts_of(toy):
     for seed in sizes.seeds:
         yield _beside("lstm-ed", seed, sizes)
         yield _beside("mid-to-end", seed, sizes, _pooled())
+        yield _from_masks("mid-to-end-linear-long", ["mid-to-end", *_pooled(), *LINEAR], seed, sizes, IMAGES)
         for frozen in (True, False):
             yield _holistic("holistic", seed, frozen, sizes)
             yield _holistic("holistic-cv", seed, frozen, sizes)
@@ -95,11 +97,11 @@ def _gain(sizes):
     return Part(f"{MASKS}/regression", 5, settings, make_gain, (settings["data"],))
 
 
-def _from_masks(name, train, seed, sizes):
+def _from_masks(name, train, seed, sizes, world=MASKS):
     options = [*_planning(), "--epochs", sizes.epochs]
-    data = f"{MASKS}/data"
+    data = f"{world}/data"
     settings = {"data": data, "seed": seed, "train": [*train, *options]}
-    return Part(f"{MASKS}/{name}-{seed}", 5, settings, make_planner, (data,))
+    return Part(f"{world}/{name}-{seed}", 5, settings, make_planner, (data,))
 
 
 def _perception(sizes):
@@ -135,7 +137,7 @@ def _holistic(system, seed, frozen, sizes):
 
 def _steps(sizes):
     """Of planners beside and with images."""
-    return [*_planning(), "--mean", "linear", "--batch-size", 4, "--epochs", sizes.image_epochs]
+    return [*_planning(), *LINEAR, "--batch-size", 4, "--epochs", sizes.image_epochs]
 
 
 def _planning():
