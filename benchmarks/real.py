@@ -77,6 +77,8 @@ def parsed(arguments):
     options = parser.parse_args(arguments)
     if bool(options.train) != bool(options.test):
         parser.error("--train and --test go together")
+    if options.seeds < 1:
+        parser.error("--seeds must be at least 1")
     if {*options.train} & {*options.test}:
         parser.error("a scene is in --train and in --test")
     return options

@@ -110,15 +110,16 @@ def test_the_table_has_means_over_seeds(run):
 
 
 @pytest.mark.parametrize(
-    ("scenes", "message"),
+    ("given", "message"),
     [
         (("--train", "a"), "--train and --test go together"),
         (("--train", "a", "--test", "a"), "a scene is in --train and in --test"),
+        (("--seeds", "0"), "--seeds must be at least 1"),
     ],
 )
-def test_scenes_that_make_no_sense_are_refused(bench, capsys, scenes, message):
+def test_options_that_make_no_sense_are_refused(bench, capsys, given, message):
     with pytest.raises(SystemExit):
-        bench.real.parsed([*scenes])
+        bench.real.parsed([*given])
     assert message in capsys.readouterr().err
 
 
