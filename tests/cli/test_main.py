@@ -7,6 +7,7 @@ import sys
 import tempfile
 
 import click
+import h5py
 import pytest
 from click.testing import CliRunner
 from ogmkit_cli import main as shell
@@ -85,6 +86,20 @@ def test_an_error_nobody_foresaw_is_one_line_and_its_traceback_is_kept(run_raisi
         f"kept in {kept}\n"
     )
     assert "in command" in kept.read_text()
+
+
+def test_an_interrupt_that_a_callback_of_hdf5_turned_into_another_error_is_one(run_raising, tmp_path):
+    def interrupt(name, link):
+        raise KeyboardInterrupt
+
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["a"] = 1
+        with pytest.raises(SystemError) as raised:
+            file.id.links.visit(interrupt, info=True)
+    result = run_raising(raised.value)
+
+    assert (result.exit_code, result.stdout) == (130, "")
+    assert result.stderr == "ogmkit: interrupted\n"
 
 
 def test_a_traceback_that_can_t_be_kept_is_said(run_raising, tmp_path, monkeypatch):
