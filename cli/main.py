@@ -128,12 +128,7 @@ class LazyGroup(SuggestingGroup):
         except (click.exceptions.Exit, click.Abort):
             raise
         except Exception as error:
-            interrupt = _interrupt_within(error)
-            failure = (
-                Unexpected(_unexpected(error))
-                if interrupt is None
-                else _failure(interrupt, ctx.invoked_subcommand)
-            )
+            failure = Unexpected(_unexpected(error))
             LOG.error(one_line(failure.message))
             raise failure from error
 
@@ -149,13 +144,6 @@ def _failure(error: BaseException, command: str | None) -> Failure:
             f"error: {error.filename}: {error.strerror}; check the disk and permissions, then run again"
         )
     return Failure(f"error: {error}")
-
-
-def _interrupt_within(error: BaseException | None) -> KeyboardInterrupt | None:
-    """The Ctrl-C that an error comes from: one in a callback of h5py ends as a SystemError, caused by it."""
-    while error is not None and not isinstance(error, KeyboardInterrupt):
-        error = error.__cause__
-    return error
 
 
 def _unexpected(error: Exception) -> str:

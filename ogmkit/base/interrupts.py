@@ -35,7 +35,10 @@ def sigterm_interrupts() -> Iterator[None]:
 
 @contextmanager
 def interrupts_heeded() -> Iterator[None]:
-    """Raise Ctrl-C again where Python drops it: it can't leave a finaliser or callback that it came into."""
+    """Raise Ctrl-C again where it gets lost: it can't leave a finaliser or callback that it came into.
+
+    Python drops it there; a callback of HDF5 ends as another error, which it is the cause of.
+    """
     previous = sys.unraisablehook
     pending: list[threading.Timer] = []
 
@@ -52,7 +55,18 @@ def interrupts_heeded() -> Iterator[None]:
     sys.unraisablehook = hook
     try:
         yield
+    except Exception as error:
+        if _from_interrupt(error):
+            raise KeyboardInterrupt from error
+        raise
     finally:
         sys.unraisablehook = previous
         for again in pending:
             again.cancel()
+
+
+def _from_interrupt(error: BaseException | None) -> bool:
+    """Whether an error, or what caused it, is a Ctrl-C."""
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__
+    return error is not None
