@@ -98,10 +98,13 @@ def _gain(sizes):
 
 
 def _from_masks(name, train, seed, sizes, world=MASKS):
-    options = [*_planning(), "--epochs", sizes.epochs]
+    return _planner(name, [*train, *_planning(), "--epochs", sizes.epochs], seed, world, 5)
+
+
+def _planner(name, train, seed, world, minutes):
     data = f"{world}/data"
-    settings = {"data": data, "seed": seed, "train": [*train, *options]}
-    return Part(f"{world}/{name}-{seed}", 5, settings, make_planner, (data,))
+    settings = {"data": data, "seed": seed, "train": train}
+    return Part(f"{world}/{name}-{seed}", minutes, settings, make_planner, (data,))
 
 
 def _perception(sizes):
@@ -114,9 +117,7 @@ def _perception(sizes):
 
 def _beside(system, seed, sizes, more=()):
     """What sees no images, trained as the holistic ones are."""
-    data = f"{IMAGES}/data"
-    settings = {"data": data, "seed": seed, "train": [system, *more, *_steps(sizes)]}
-    return Part(f"{IMAGES}/{system}-linear-{seed}", 1, settings, make_planner, (data,))
+    return _planner(f"{system}-linear", [system, *more, *_steps(sizes)], seed, IMAGES, 1)
 
 
 def _holistic(system, seed, frozen, sizes):

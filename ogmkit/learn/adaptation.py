@@ -24,7 +24,7 @@ class Adaptation:
     source: str
     scenes: tuple[str, ...]
     images: int
-    share: float = 1.0
+    share: float
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values."""
