@@ -69,12 +69,15 @@ def train(bench, part, *more, splits=None):
 
     Args:
         bench: the parts.
-        part: whose settings have `train`, a system and its options, and a `seed`.
+        part: whose settings have `train`, a system and its options, a `seed`, and perhaps `begins_with`, the
+            part whose network it goes on from.
         more: options that name files.
         splits: another split file than the shards'.
     """
     shards, all_scenes = data_of(bench, part)
     run, (system, *options) = bench.at(part.name) / "run", part.settings["train"]
     where = ["--out", run, "--split-file", splits or all_scenes, "--seed", part.settings["seed"]]
+    if "begins_with" in part.settings:
+        where += ["--init", bench.at(part.settings["begins_with"]) / "run"]
     ogmkit_here("train", system, shards, *where, *options, *more)
     return run

@@ -39,6 +39,7 @@ class Sizes:
     epochs: int = 6
     homography_epochs: int = 12
     ved_epochs: int = 9
+    ved_parts: int = 4
     ved_cell: float = 2.5
     few_scenes: int = 2
     few_epochs: int = 60
@@ -48,7 +49,7 @@ class Sizes:
     bev_cell: float = 0.5
 
 
-TOY = Sizes((1, 1, 1), 2, "64x112", "64x96", "tu-test_resnet", 1, 1, 1, 5, 1, 1, (0,), (0,), 8, 2.5)
+TOY = Sizes((1, 1, 1), 2, "64x112", "64x96", "tu-test_resnet", 1, 1, 1, 2, 5, 1, 1, (0,), (0,), 8, 2.5)
 
 
 def parts_of(toy):
@@ -71,6 +72,7 @@ def parts_of(toy):
     yield _grids(f"{FLAT}/bev-lidar", 20, ["bev-lidar", *_common(sizes), *_balanced(sizes), *lidar])
     yield from _masks(HILLS, f"{HILLS}/homography-four-point", NETWORK, sizes, sizes.hill_seeds)
     yield _homography(sizes, "entries")
+    yield from _ved_on(sizes)
 
 
 def _world(world, sizes, *, lidar):
@@ -132,6 +134,17 @@ def _ved(sizes):
     """
     cells = ["--bev-cell", sizes.ved_cell, "--kl-weight", 0.16, "--precision", MASK_PRECISION]
     return ["--lr", 1e-3, *cells, "--epochs", sizes.ved_epochs]
+
+
+def _ved_on(sizes):
+    """Whether more passes help that network: each part goes on from the one before, under the same schedule."""
+    before = f"{FLAT}/ved"
+    train = ["ved", *_images(sizes), *_balanced(sizes), *_ved(sizes)]
+    for at in range(2, sizes.ved_parts + 1):
+        name, data = f"{FLAT}/ved-passes-{at * sizes.ved_epochs}", f"{FLAT}/data"
+        settings = {"data": data, "homography": "surface", "seed": 0, "begins_with": before, "train": train}
+        yield Part(name, 38, settings, make_grids, (data, before))
+        before = name
 
 
 def _by_heart(sizes):
