@@ -137,7 +137,7 @@ def _ved(sizes):
 
 
 def _ved_on(sizes):
-    """Whether more passes help that network: each part goes on from the one before, under the same schedule."""
+    """Whether more passes help that network: each part goes on from the one before, schedule anew."""
     before = f"{FLAT}/ved"
     train = ["ved", *_images(sizes), *_balanced(sizes), *_ved(sizes)]
     for at in range(2, sizes.ved_parts + 1):

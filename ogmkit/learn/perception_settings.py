@@ -65,6 +65,11 @@ class ImageTraining(EncoderTraining):
         0.0, "The same about its optical axis.", "Data", low=0, high=45, form="DEGREES", flag="--roll"
     )
 
+    @property
+    def changes_images(self) -> bool:
+        """Whether images of the training change at random, beside being mirrored."""
+        return self.colour > 0 or self.pitch_deg > 0 or self.roll_deg > 0
+
 
 @dataclass(frozen=True, kw_only=True)
 class BalancedTraining(TrainSettings):

@@ -27,6 +27,7 @@ class SampleArrays:
         future: (6, 2) float64, as `past`.
         trajectory_valid: () bool.
         positions: (T, 2) float64 of the ego at each image, level frame of the last one.
+        features: (T, 2, F) float32 that a network made of the frames, and of their mirror images.
         mirrored: whether left and right have changed places.
     """
 
@@ -46,6 +47,7 @@ class SampleArrays:
     future: FloatArray | None = None
     trajectory_valid: BoolArray | None = None
     positions: FloatArray | None = None
+    features: Float32Array | None = None
     mirrored: bool = False
 
 

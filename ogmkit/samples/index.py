@@ -79,6 +79,13 @@ class FrameIndex:
         """Scene, camera and frame of a sample."""
         return self.scenes[self.shard[i]], self.cameras[self.camera[i]], int(self.frame[i])
 
+    def single_frames(self) -> tuple["FrameIndex", IntArray]:
+        """The frames that the samples are made of, each once, and (N, T) the place of each sample's there."""
+        frames = np.stack(np.broadcast_arrays(self.shard[:, None], self.camera[:, None], self.rows), -1)
+        unique, place = np.unique(frames.reshape(-1, 3), axis=0, return_inverse=True)
+        single = replace(self, shard=unique[:, 0], camera=unique[:, 1], rows=unique[:, 2:])
+        return single, place.reshape(self.rows.shape)
+
     def by_scene(self) -> Iterator["FrameIndex"]:
         """The samples of each scene that has any, in the same order, by themselves."""
         starts = np.flatnonzero(np.diff(self.shard, prepend=-1)).tolist()

@@ -127,6 +127,7 @@ def flipped(sample: SampleArrays, grid: GridSpec) -> SampleArrays:
         past=_of(sample.past, _mirrored_y),
         future=_of(sample.future, _mirrored_y),
         positions=_of(sample.positions, _mirrored_y),
+        features=_of(sample.features, lambda features: features[:, ::-1]),
         mirrored=not sample.mirrored,
     )
 

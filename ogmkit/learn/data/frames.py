@@ -10,6 +10,7 @@ from torch.utils.data import Dataset
 from ogmkit.errors import SettingsError
 from ogmkit.grid import GridSpec
 from ogmkit.learn.data.augment import Augmentation
+from ogmkit.learn.data.frame_features import FrameFeatures
 from ogmkit.learn.data.reader import SampleReader
 from ogmkit.learn.data.tensors import Sample, as_float, per_frame_tensors, trajectory_tensors
 from ogmkit.samples.arrays import SampleArrays
@@ -39,6 +40,7 @@ class FrameDataset(Dataset[Sample]):
     - `intrinsics`: (3, 3) float64 of `image`; `level_from_camera`: (4, 4) float64.
     - `lidar`: (3, R, C) float32 on the own grid (see `ogmkit.samples.lidar_image`).
     - `past`, `future`: (6, 2) float32 metres, level frame; NaN where missing; `trajectory_valid`: () bool.
+    - `features`: (F,) float32, in place of all else of the frame, once `keep_features` was called.
     - `camera`: () int64 place among `cameras`; `index`: () int64 place in the dataset; `mirrored`: () bool,
       whether left and right have changed places; these always.
 
@@ -49,6 +51,7 @@ class FrameDataset(Dataset[Sample]):
         compact: leave levels and masks as bytes, for `as_float` to convert where the network is.
 
     Attributes:
+        index: see above.
         cameras: channels.
         grid: the shards'.
         step_s: the shards' too.
@@ -81,7 +84,7 @@ class FrameDataset(Dataset[Sample]):
         self.grid = index.grid
         self.step_s = index.step_s
         self.own_grid, self._factor = _own_grid(index.grid, spec)
-        self._index = index
+        self.index = index
         self._spec = spec
         self._augment = augment
         self._compact = compact
@@ -89,7 +92,7 @@ class FrameDataset(Dataset[Sample]):
         self._reader = SampleReader(index, calibrated)
 
     def __len__(self) -> int:
-        return len(self._index)
+        return len(self.index)
 
     def __getitem__(self, key: int | tuple[int, int]) -> Sample:
         """Read a sample.
@@ -102,13 +105,22 @@ class FrameDataset(Dataset[Sample]):
             DataFileError: an image is absent or damaged.
         """
         i, seed = (key, None) if isinstance(key, int) else key
-        arrays = self._arrays(i, seed)
-        tensors = self._tensors(arrays)
-        return (tensors if self._compact else as_float(tensors)) | {
-            "camera": torch.tensor(int(self._index.camera[i])),
-            "index": torch.tensor(i),
-            "mirrored": torch.tensor(arrays.mirrored),
-        }
+        arrays = self._reader.read(i)
+        if self._augment is not None and seed is not None:
+            arrays = self._augment.apply(arrays, self.grid, seed)
+        return self._sample(i, arrays)
+
+    def whole(self, i: int) -> Sample:
+        """A sample without augmentation, with its images even where features are kept of them.
+
+        Raises:
+            ShardError, DataFileError: as for any sample.
+        """
+        return self._sample(i, self._reader.read_whole(i))
+
+    def keep_features(self, features: FrameFeatures) -> None:
+        """From now on, samples hold trajectories and these features, and no more of their frames."""
+        self._reader.keep_features(features)
 
     def keep_pixels(self, path: Path) -> None:
         """Keep decoded, resized images and masks in a file, which is made, and is the caller's to remove.
@@ -120,7 +132,7 @@ class FrameDataset(Dataset[Sample]):
 
     def place(self, i: int) -> tuple[str, str, int]:
         """Scene, camera and frame of a sample."""
-        return self._index.place(i)
+        return self.index.place(i)
 
     def name(self, i: int) -> str:
         """What messages call a sample: scene, camera, frame and the sample's token."""
@@ -133,12 +145,15 @@ class FrameDataset(Dataset[Sample]):
         height, width = (int(side) for side in self._reader.rows(i).column("image_size")[-1])
         return height, width
 
-    def _arrays(self, i: int, seed: int | None) -> SampleArrays:
-        """A sample as it is, or augmented where there is a seed."""
-        arrays = self._reader.read(i)
-        if self._augment is not None and seed is not None:
-            arrays = self._augment.apply(arrays, self.grid, seed)
-        return arrays if self._spec.calibration else replace(arrays, intrinsics=None, level_from_camera=None)
+    def _sample(self, i: int, arrays: SampleArrays) -> Sample:
+        if not self._spec.calibration:
+            arrays = replace(arrays, intrinsics=None, level_from_camera=None)
+        tensors = self._tensors(arrays)
+        return (tensors if self._compact else as_float(tensors)) | {
+            "camera": torch.tensor(int(self.index.camera[i])),
+            "index": torch.tensor(i),
+            "mirrored": torch.tensor(arrays.mirrored),
+        }
 
     def _tensors(self, arrays: SampleArrays) -> dict[str, Tensor]:
         whole = per_frame_tensors(arrays, self.own_grid, self._factor)

@@ -1,20 +1,16 @@
 """Decoded, resized images and masks of a training's frames, in one file that all its processes share."""
 
-import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ogmkit.base.atomic import output_errors
-from ogmkit.errors import OutputError
+from ogmkit.learn.data.frame_files import make_file
 from ogmkit.samples.index import FrameIndex
 from ogmkit.samples.reading import Pixels
 from ogmkit.samples.spec import TARGETS, SampleSpec
 from ogmkit.typing import UInt8Array
-
-_GB = 1e9
 
 
 class PixelCache:
@@ -41,16 +37,12 @@ class PixelCache:
             )
             if wanted
         }
-        frames = np.stack(np.broadcast_arrays(index.shard[:, None], index.camera[:, None], index.rows), -1)
-        unique, place = np.unique(frames.reshape(-1, 3), axis=0, return_inverse=True)
-        self._place = place.reshape(index.rows.shape)
-        self._shape = len(unique), sum(int(np.prod(shape)) for shape in self._shapes.values()) + 1
+        frames, self._place = index.single_frames()
+        self._shape = len(frames), sum(int(np.prod(shape)) for shape in self._shapes.values()) + 1
         self._path = path
         self._file: UInt8Array | None = None
-        with output_errors(path):
-            _require_room(path, self._shape[0] * self._shape[1])
-            with path.open("wb") as file:
-                file.truncate(self._shape[0] * self._shape[1])
+        size = self._shape[0] * self._shape[1]
+        make_file(path, size, "--cache-samples", "leave it out, or make images smaller")
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_file": None}
@@ -72,12 +64,3 @@ class PixelCache:
             name: np.ascontiguousarray(part).reshape(-1, *shape)
             for part, (name, shape) in zip(parts, self._shapes.items(), strict=True)
         }
-
-
-def _require_room(path: Path, size: int) -> None:
-    free = shutil.disk_usage(path.parent).free
-    if free < size:
-        raise OutputError(
-            f"{path.parent}: --cache-samples needs {size / _GB:.1f} GB, {free / _GB:.1f} GB are free; "
-            "leave it out, or make images smaller"
-        )

@@ -7,6 +7,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from ogmkit.learn.data.frame_features import FrameFeatures
 from ogmkit.learn.data.pixel_cache import PixelCache
 from ogmkit.learn.data.pool import ShardPool
 from ogmkit.samples.arrays import SampleArrays
@@ -41,6 +42,7 @@ class SampleReader:
         self._kept: dict[object, Any] = {}
         self._bytes = 0
         self._pixels: PixelCache | None = None
+        self._features: FrameFeatures | None = None
 
     def keep_pixels(self, path: Path) -> None:
         """Keep decoded, resized images and masks in a file, which is made.
@@ -50,6 +52,10 @@ class SampleReader:
         """
         if self._spec.image_size is not None:
             self._pixels = PixelCache(path, self._index, self._spec)
+
+    def keep_features(self, features: FrameFeatures) -> None:
+        """From now on, samples hold trajectories and these features, and no more of their frames."""
+        self._features = features
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_kept": {}, "_bytes": 0}
@@ -64,14 +70,19 @@ class SampleReader:
         Raises:
             ShardError, DataFileError: as `read_sample`.
         """
+        if self._features is None:
+            return self.read_whole(i)
+        return replace(self._path(i), features=self._features.read(i))
+
+    def read_whole(self, i: int) -> SampleArrays:
+        """The same, with all that the specification names even where features are kept."""
         if not self._spec.is_small:
             frames, root = self.rows(i), self._index.image_root
             pixels = None
             if self._pixels is not None:
                 pixels = self._pixels.read(i, lambda: read_pixels(frames, self._spec, root))
             return read_sample(frames, self._spec, root, pixels)
-        path = self._keep(i, lambda: self._read_path(i), lambda _: _PATH_BYTES)
-        parts = self._spec.bev_parts
+        path, parts = self._path(i), self._spec.bev_parts
         if parts is None:
             return path
         counts = np.stack([self._counts(i, row, parts) for row in self._index.rows[i].tolist()])
@@ -81,9 +92,13 @@ class SampleReader:
         shard = self._pool.shard(int(self._index.shard[i]))
         return Rows(shard, self._index.cameras[self._index.camera[i]], rows)
 
+    def _path(self, i: int) -> SampleArrays:
+        """A sample's trajectories, kept."""
+        return self._keep(i, lambda: self._read_path(i), lambda _: _PATH_BYTES)
+
     def _read_path(self, i: int) -> SampleArrays:
-        """All of a small sample but shares, in arrays that hold on to no others."""
-        found = read_sample(self.rows(i), replace(self._spec, bev_parts=None), None)
+        """The same, in arrays that hold on to no others."""
+        found = read_sample(self.rows(i), SampleSpec(trajectory=self._spec.trajectory), None)
         values = {one.name: getattr(found, one.name) for one in fields(found)}
         arrays: dict[str, Any] = {
             name: value.copy() for name, value in values.items() if isinstance(value, np.ndarray)

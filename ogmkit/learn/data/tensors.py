@@ -57,6 +57,8 @@ def per_frame_tensors(arrays: SampleArrays, own_grid: GridSpec | None, factor: i
         value = getattr(arrays, name)
         if value is not None:
             sample[name] = torch.from_numpy(value)
+    if arrays.features is not None:
+        sample["features"] = float32_tensor(arrays.features[:, 0])
     return sample
 
 

@@ -198,7 +198,8 @@ class MidToEndSystem(PlannerSystem):
         """Masks at all six images."""
         if "bev_parts" in batch:
             return {"features": batch["bev_parts"].flatten(2)}
-        return {"features": pooled(batch["bev"].flatten(0, 1), self.settings.pool_cells)}
+        features = pooled(batch["bev"].flatten(0, 1), self.settings.pool_cells)
+        return {"features": features.reshape(-1, SEQUENCE, self.feature_size())}
 
 
 def pooled_size(shape: tuple[int, int], cells: int) -> int:
@@ -208,10 +209,9 @@ def pooled_size(shape: tuple[int, int], cells: int) -> int:
 
 
 def pooled(masks: Tensor, cells: int) -> Tensor:
-    """(B · 6, 2, rows, columns) masks averaged over so many parts of their map at most: (B, 6, F)."""
+    """(B, 2, rows, columns) masks averaged over so many parts of their map at most: (B, F)."""
     rows, columns = masks.shape[-2:]
-    parts = functional.adaptive_avg_pool2d(masks, pooled_shape((rows, columns), cells))
-    return parts.reshape(-1, SEQUENCE, parts[0].numel())
+    return functional.adaptive_avg_pool2d(masks, pooled_shape((rows, columns), cells)).flatten(1)
 
 
 def _feature_places(image_size: tuple[int, int]) -> int:

@@ -25,6 +25,7 @@ from ogmkit.learn.systems.registry import build_system
 from ogmkit.learn.training.events import Events
 from ogmkit.learn.training.found import first_line, slow_warning
 from ogmkit.learn.training.interrupts import Interrupted
+from ogmkit.learn.training.looking import LookingOnce, looks_once
 from ogmkit.learn.training.plan import plan_training
 from ogmkit.learn.training.processes import LostProcessError, connected, helps
 from ogmkit.learn.training.progress import Progress
@@ -163,10 +164,10 @@ def _fit(
         _begin(system, data)
     saving = Checkpoints(run, card, data.train_batches)
     watching: list[Callback] = [Metrics(run / METRICS), Samples(run / SAMPLES), Progress(on_progress)]
-    trainer = _trainer(settings, run, step, [saving, *watching])
+    looking = LookingOnce(run, saving.interrupts)
+    trainer = _trainer(settings, run, step, [looking, saving, *watching])
     try:
-        kept = _pixels_kept(data, run) if settings.cache_samples else nullcontext()
-        with kept, saving.interrupts.held(), connected():
+        with _kept(system, data, run), looking, saving.interrupts.held(), connected():
             trainer.fit(system, datamodule=data, ckpt_path=last if last.exists() else None)
     except Interrupted as interrupted:
         raise KeyboardInterrupt from interrupted
@@ -174,8 +175,14 @@ def _fit(
 
 
 @contextmanager
-def _pixels_kept(data: ShardDataModule, run: Path) -> Iterator[None]:
-    """Inside, decoded images and masks are kept in two files, by names that mark them as this process's."""
+def _kept(system: System, data: ShardDataModule, run: Path) -> Iterator[None]:
+    """Inside, decoded images and masks are kept in two files, by names that mark them as this process's.
+
+    Not where the settings don't ask for it, or each image is seen only once.
+    """
+    if not system.settings.cache_samples or looks_once(system):
+        yield
+        return
     sets = {"train": data.train_set, "val": data.val_set}
     paths = {name: part_of(run / f"samples-{name}") for name in sets}
     try:

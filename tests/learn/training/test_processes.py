@@ -19,11 +19,17 @@ from ogmkit.learn.checkpoints import read_checkpoint
 from ogmkit.learn.figures import read_figures
 from ogmkit.learn.training.processes import LostProcessError
 from ogmkit.learn.training.train import train
+from ogmkit.shards.manifest import read_manifest
 
 SECOND = Path(__file__).parent / "together" / "second.py"
 TINY = {"image_size": (64, 96), "encoder": "tu-test_resnet", "target": "surface", "batch_norm": "kept"}
-SYSTEMS = {"lstm-ed": {}, "mid-to-end": {"optimizer": "adamw"}, "homography": {"head": "four-point"}}
-"""One sees images. None drops features at random, which each process would draw for its own samples."""
+SYSTEMS = {
+    "lstm-ed": {},
+    "mid-to-end": {"optimizer": "adamw"},
+    "homography": {"head": "four-point"},
+    "holistic-cv": {"freeze": ("perception",)},
+}
+"""Two see images, one each of them once. None drops features at random: processes would draw their own."""
 RELATIVE = 1e-5
 """Tolerance of losses, scores and weights: sums of float32 come in another order."""
 ABSOLUTE = 1e-6
@@ -66,20 +72,25 @@ def stop_after_an_epoch(news):
 
 
 @pytest.fixture(scope="module")
-def runs(tmp_path_factory, plan_shards):
+def runs(tmp_path_factory, plan_shards, make_run):
     """Each system trained by one process, by two, and by two that were stopped at step 3 of 4 and resumed.
 
     At the end, one of two processes is killed.
     """
     folder = tmp_path_factory.mktemp("runs")
+    grid = read_manifest(plan_shards).settings.targets.grid
+    stage_1 = make_run(folder / "footprints", "footprints", grid, ("CAM_FRONT",))
+
+    def values(system, **more):
+        return settings_of(system, perception=str(stage_1), **more)
 
     def one(system, how, more=None, **options):
-        chosen = CATALOGUE[system].settings(**settings_of(system, **(more or {})))
+        chosen = CATALOGUE[system].settings(**values(system, **(more or {})))
         return train(chosen, plan_shards, folder / system / how, **options)
 
-    work = [(system, settings_of(system), folder / system / how) for system in SYSTEMS for how in TOGETHER]
+    work = [(system, values(system), folder / system / how) for system in SYSTEMS for how in TOGETHER]
     endless = {"epochs": 100_000}
-    work.append(("lstm-ed", settings_of("lstm-ed", **endless), folder / "lstm-ed" / "lost"))
+    work.append(("lstm-ed", values("lstm-ed", **endless), folder / "lstm-ed" / "lost"))
     for system in SYSTEMS:
         one(system, "alone", {"devices": None, "batch_size": 2})
     with together(plan_shards, work) as second:
