@@ -3,7 +3,7 @@
 import numpy as np
 from bench_plans import TOLD
 from comparisons import mean_difference, told
-from planning import IMAGES, MASKS, NAME, PERCEPTION, parts_of
+from planning import FROZEN, IMAGES, MASKS, NAME, PERCEPTION, parts_of
 from result_rows import NOT_RUN, SEED, row, sorted_rows, system_of
 
 from ogmkit.metrics.bootstrap import Estimate
@@ -33,8 +33,23 @@ PAIRS = {
         ("holistic", LINEAR),
         ("holistic-cv", LINEAR),
     ),
+    FROZEN: (
+        ("holistic-frozen", "holistic-cv-frozen"),
+        ("holistic-frozen", LINEAR),
+        ("holistic-cv-frozen", LINEAR),
+        ("lstm-ed-linear", LINEAR),
+        ("mid-to-end-linear", LINEAR),
+        ("holistic-frozen", "lstm-ed-linear"),
+        ("holistic-cv-frozen", "lstm-ed-linear"),
+        ("mid-to-end-linear", "lstm-ed-linear"),
+        ("mid-to-end-linear", "holistic-frozen"),
+    ),
 }
-TITLES = {MASKS: "True masks, 300 scenes", IMAGES: "Images, 112 scenes"}
+TITLES = {
+    MASKS: "True masks, 300 scenes",
+    IMAGES: "Images, 112 scenes",
+    FROZEN: "Images, 300 scenes, perception frozen",
+}
 PLACES = {
     "drivable camera full all": "drivable area in camera view",
     "drivable bev close fov": "from above, close by and in view",

@@ -4,8 +4,10 @@
 `python benchmarks/assemble.py` puts the tables of what is there into RESULTS.md. A part that was cut short
 resumes. Masks need no pictures, so that there are many scenes of them (`masks/…`, 300); the planners with
 images have a world of their own (`images/…`, 112), and beside them stand rows that were trained as long on
-true masks and on none, and longer on true ones. Every part is trained on the scenes of `train`, chooses its
-checkpoint by those of `val`, and tells figures of `test`.
+true masks and on none, and longer on true ones. Planners behind a frozen perception look at each image once,
+so that they are trained on a third world (`frozen/…`, 300) as long as those on masks; it is the perception of
+the second one, which has seen no scene of the third. Every part is trained on the scenes of `train`, chooses
+its checkpoint by those of `val`, and tells figures of `test`.
 """
 
 import sys
@@ -18,8 +20,8 @@ from bench_parts import Part
 from bench_plans import make_controls, make_gain, make_planner
 
 NAME = "plan"
-MASKS, IMAGES = "masks", "images"
-WORLD_SEED = {MASKS: 23, IMAGES: 24}
+MASKS, IMAGES, FROZEN = "masks", "images", "frozen"
+WORLD_SEED = {MASKS: 23, IMAGES: 24, FROZEN: 25}
 UNRENDERED = "16x16"
 """Of a world whose pictures nobody looks at."""
 LINEAR = ["--mean", "linear"]
@@ -70,10 +72,17 @@ def parts_of(toy):
         for frozen in (True, False):
             yield _holistic("holistic", seed, frozen, sizes)
             yield _holistic("holistic-cv", seed, frozen, sizes)
+    yield _world(FROZEN, sizes.mask_split, sizes.rendered, sizes)
+    yield _controls(FROZEN)
+    for seed in sizes.seeds:
+        yield _behind_frozen("holistic", seed, sizes)
+        yield _behind_frozen("holistic-cv", seed, sizes)
+        yield _from_masks("mid-to-end-linear", ["mid-to-end", *_pooled(), *LINEAR], seed, sizes, FROZEN)
+        yield _from_masks("lstm-ed-linear", ["lstm-ed", *LINEAR], seed, sizes, FROZEN)
 
 
 def _world(world, split, image_size, sizes):
-    seen = world == IMAGES
+    seen = world != MASKS
     settings = world_settings(
         split=split,
         frames=sizes.frames,
@@ -83,9 +92,9 @@ def _world(world, split, image_size, sizes):
         more=["--incidents", "--no-lidar"],
         extract=[*PLAN_GRID, "--images", "bytes" if seen else "none"],
         sources="surface" if seen else "",
-        masks=["warp"] if seen else [],
+        masks=["warp"] if world == IMAGES else [],
     )
-    return Part(f"{world}/data", 10 if seen else 35, settings, make_world)
+    return Part(f"{world}/data", 10 if world == IMAGES else 35, settings, make_world)
 
 
 def _controls(world):
@@ -118,6 +127,16 @@ def _perception(sizes):
 def _beside(system, seed, sizes, more=()):
     """What sees no images, trained as the holistic ones are."""
     return _planner(f"{system}-linear", [system, *more, *_steps(sizes)], seed, IMAGES, 1)
+
+
+def _behind_frozen(system, seed, sizes):
+    """Trained as long as those on masks."""
+    train = [system, *_images(sizes), *_planning(), *LINEAR, *_pooled(), "--masks", "surface"]
+    train += ["--warp", "surface"] if system == "holistic" else []
+    train += ["--freeze", "perception", "--epochs", sizes.epochs]
+    needs = (f"{FROZEN}/data", PERCEPTION)
+    settings = {"data": needs[0], "perception": PERCEPTION, "seed": seed, "train": train}
+    return Part(f"{FROZEN}/{system}-frozen-{seed}", 10, settings, make_planner, needs)
 
 
 def _holistic(system, seed, frozen, sizes):
