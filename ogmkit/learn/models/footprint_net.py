@@ -74,6 +74,7 @@ def _decoder(encoder_channels: tuple[int, ...], width: int) -> nn.Module:
     )
     for module in decoder.modules():
         if isinstance(module, ASPPPooling):
-            # It normalises one value a channel: over a batch of one frame, batch statistics don't exist.
-            module[2] = nn.GroupNorm(math.gcd(_GROUPS, width), width)
+            # It normalises one value a channel: over a batch of one frame, batch statistics don't exist, and
+            # neither does a group of one channel have any.
+            module[2] = nn.GroupNorm(min(math.gcd(_GROUPS, width), width // 2), width)
     return decoder

@@ -79,10 +79,16 @@ class PlannerSystem(System):
         return self.loaded.issuperset(f"planner.{name}" for name, _ in self.planner.named_buffers())
 
     def answer(self, batch: Batch) -> Answer:
-        """`mean`, `sigma` and `rho` of the plan, beside what `observed` gives."""
+        """`mean`, `sigma` and `rho` of the plan, beside what `observed` gives.
+
+        The planner works in 32 bits where all else has 16: three digits of a position are decimetres.
+        """
         seen = self.observed(batch)
         destination = None if self.settings.no_destination else batch["future"][:, STEPS]
-        plan: Gaussians = self.planner(seen.get("features"), batch["positions"], destination)
+        features = seen.get("features")
+        with torch.autocast(batch["positions"].device.type, enabled=False):
+            told = None if features is None else features.float()
+            plan: Gaussians = self.planner(told, batch["positions"], destination)
         return {**seen, "mean": plan.mean, "sigma": plan.sigma, "rho": plan.rho}
 
     def losses(self, answer: Answer, batch: Batch) -> dict[str, Tensor]:

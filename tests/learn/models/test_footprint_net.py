@@ -16,8 +16,8 @@ def test_masks_of_images_of_odd_sizes(check_network, encoder, batch, size):
 
 @pytest.mark.parametrize("width", [8, 48])
 def test_narrow_decoders_hold_less_and_see_as_much(check_network, width):
-    result = check_network(lambda: FootprintNet("resnet18", width=width), (torch.rand(2, 3, 64, 96),))
-    assert result.shape == (2, 2, 64, 96)
+    result = check_network(lambda: FootprintNet("resnet18", width=width), (torch.rand(1, 3, 64, 96),))
+    assert result.shape == (1, 2, 64, 96)
     narrow, usual = (
         sum(weight.numel() for weight in net.decoders.parameters())
         for net in (FootprintNet("resnet18", width=width), FootprintNet("resnet18"))

@@ -181,6 +181,21 @@ def test_masks_in_camera_view_and_on_the_plane_give_a_planner_as_many_numbers():
     assert on_the_plane.feature_size() == in_camera_view.feature_size() == 2 * 5500
 
 
+@pytest.mark.parametrize("name", ["lstm-ed", "holistic-cv"])
+def test_plans_are_worked_out_in_32_bits_where_all_else_has_16(plan_shards, name):
+    net = system(plan_shards, name).eval()
+    batch = batch_of(plan_shards, net)
+    net.prepare([batch])
+    far = {**batch, "positions": 1000 * batch["positions"]}  # saturates what 16 bits would round to ±1
+    with torch.no_grad(), torch.autocast("cpu", torch.bfloat16):
+        assert torch.isfinite(loss_of(net, far))
+        seen = net.observed(batch)
+        found = net.answer(batch)["mean"]
+    features = seen["features"].float() if seen else None
+    expected = net.planner(features, batch["positions"], batch["future"][:, 5]).mean
+    assert torch.equal(found, expected)
+
+
 def test_a_frozen_perception_stays(plan_shards, tmp_path, make_run):
     grid = read_manifest(plan_shards).settings.targets.grid
     stage_1 = make_run(tmp_path / "footprints", "footprints", grid, CAMERAS)
