@@ -129,6 +129,7 @@ bench: $(VENV)/.installed $(DEVKIT)/.installed
 	@$(VENV)/bin/python benchmarks/workers.py
 	@$(VENV)/bin/python benchmarks/loading.py
 	@$(VENV)/bin/python benchmarks/planner_inputs.py
+	@$(VENV)/bin/python benchmarks/looking.py
 	@$(VENV)/bin/python benchmarks/tables.py
 	@$(VENV)/bin/python benchmarks/startup.py
 

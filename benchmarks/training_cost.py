@@ -2,7 +2,7 @@
 
 Operations of a forward and backward pass (torch's FLOP counter), and the bytes that the forward pass keeps
 for the backward one: most of a GPU's memory in training. Weights, gradients and momentum come on top:
-12 bytes a weight with SGD in 32 bits.
+12 bytes a weight with SGD in 32 bits. A frozen perception looks at each image once, before the first step.
 """
 
 import sys
@@ -14,6 +14,7 @@ from torch.utils.flop_counter import FlopCounterMode
 from ogmkit.grid import GridSpec
 from ogmkit.learn.catalogue import CATALOGUE
 from ogmkit.learn.systems.registry import build_system
+from ogmkit.learn.training.looking import looks_once
 from ogmkit.samples.index import SEQUENCE
 
 FRAMES_OF_TRAINVAL = 28_130
@@ -23,6 +24,8 @@ SEQUENCES_OF_TRAINVAL = FRAMES_OF_TRAINVAL - 12 * 700
 SUSTAINED_TFLOPS = 10.0
 """Of a data-centre GPU in 32-bit (TF32) convolutions; an assumption, not a measurement."""
 
+FRAME = ("image", "bev_from_image")
+"""What is known of a frame that is looked at once."""
 
 VARIANTS = {
     **{name: {"system": name} for name in CATALOGUE},
@@ -45,7 +48,8 @@ def main():
         flops, kept = step(system)
         memory = 12 * weights + settings.batch_size * kept
         samples = SEQUENCES_OF_TRAINVAL if system.plans else FRAMES_OF_TRAINVAL
-        hours = flops * samples * settings.epochs / (SUSTAINED_TFLOPS * 1e12) / 3600
+        in_all = flops * samples * settings.epochs + FRAMES_OF_TRAINVAL * once(system)
+        hours = in_all / (SUSTAINED_TFLOPS * 1e12) / 3600
         rows.append(
             (
                 name,
@@ -53,7 +57,7 @@ def main():
                 f"{flops / 1e9:.0f}",
                 f"{kept / 1e6:.0f} MB",
                 f"{memory / 1e9:.1f} GB of {settings.batch_size}",
-                f"{hours:.0f} h of {settings.epochs} epochs",
+                f"{hours:.3g} h of {settings.epochs} epochs",
             )
         )
     show(
@@ -64,9 +68,22 @@ def main():
     )
 
 
+def once(system):
+    """Operations that a frame takes before the first step."""
+    if not looks_once(system):
+        return 0
+    frame = {name: value.flatten(0, 1)[:1] for name, value in batch_of(system).items() if name in FRAME}
+    with FlopCounterMode(display=False) as counter, torch.no_grad():
+        system.seen(frame)
+    return counter.get_total_flops()
+
+
 def step(system):
     """Operations, and bytes kept for the backward pass, a sample."""
     batch = batch_of(system)
+    if looks_once(system):
+        batch = {name: value for name, value in batch.items() if name not in (*FRAME, "masks")}
+        batch["features"] = torch.rand(1, SEQUENCE, system.feature_size())
     storages = {}
 
     def keep(tensor):
