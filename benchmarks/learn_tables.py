@@ -50,6 +50,7 @@ def asked(bench):
         heart = _figures_of(bench, f"{FLAT}/ved-by-heart")
         found = NOT_RUN if heart is None else _share(_close(heart["counts"][name], "bev"))
         lines.append(row(what, "", found))
+    lines += latents(bench)
     for head in ("four-point", "entries"):
         what = f"{HILLS}: network ({head}) / mean homography, median error at 20–40 m"
         lines.append(row(what, "≤ 0.7", _ratio(bench, head)))
@@ -57,6 +58,22 @@ def asked(bench):
         what = f"the same (four-point), test cameras turned by up to {angle:g}°"
         lines.append(row(f"{HILLS}: {what}", "", _turned_ratio(bench, f"{angle:g}")))
     return "\n".join(lines)
+
+
+def latents(bench):
+    """What the latents of VED's networks for vehicles tell of an image."""
+    figures = _figures_of(bench, f"{FLAT}/latents")
+    if figures is None:
+        return [row(f"{FLAT}: latents of ved", "", NOT_RUN)]
+    return [
+        row(
+            f"{FLAT}: numbers of {_name(run)}'s latent of vehicles that vary with the image; spread of "
+            "probabilities over images",
+            "",
+            f"{found['vehicles']['active']} of {found['vehicles']['of']}; {found['vehicles']['spread']:.4f}",
+        )
+        for run, found in figures["latents"].items()
+    ]
 
 
 def grids(bench, world, reading, cells):

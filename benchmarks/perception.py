@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from bench_command import run_bench
 from bench_data import make_world, world_settings
 from bench_grids import NETWORK, make_by_heart, make_free, make_grids, make_homography, make_turned
+from bench_latents import make_latents
 from bench_parts import Part
 
 NAME = "learn"
@@ -39,7 +40,6 @@ class Sizes:
     epochs: int = 6
     homography_epochs: int = 12
     ved_epochs: int = 9
-    ved_parts: int = 4
     ved_cell: float = 2.5
     few_scenes: int = 2
     few_epochs: int = 60
@@ -49,7 +49,7 @@ class Sizes:
     bev_cell: float = 0.5
 
 
-TOY = Sizes((1, 1, 1), 2, "64x112", "64x96", "tu-test_resnet", 1, 1, 1, 2, 5, 1, 1, (0,), (0,), 8, 2.5)
+TOY = Sizes((1, 1, 1), 2, "64x112", "64x96", "tu-test_resnet", 1, 1, 1, 5, 1, 1, (0,), (0,), 8, 2.5)
 
 
 def parts_of(toy):
@@ -72,7 +72,8 @@ def parts_of(toy):
     yield _grids(f"{FLAT}/bev-lidar", 20, ["bev-lidar", *_common(sizes), *_balanced(sizes), *lidar])
     yield from _masks(HILLS, f"{HILLS}/homography-four-point", NETWORK, sizes, sizes.hill_seeds)
     yield _homography(sizes, "entries")
-    yield from _ved_on(sizes)
+    yield _ved_on(sizes)
+    yield _latents(sizes)
 
 
 def _world(world, sizes, *, lidar):
@@ -137,14 +138,18 @@ def _ved(sizes):
 
 
 def _ved_on(sizes):
-    """Whether more passes help that network: each part goes on from the one before, schedule anew."""
-    before = f"{FLAT}/ved"
+    """Whether more passes help that network: goes on from it, the schedule anew."""
+    data, before = f"{FLAT}/data", f"{FLAT}/ved"
     train = ["ved", *_images(sizes), *_balanced(sizes), *_ved(sizes)]
-    for at in range(2, sizes.ved_parts + 1):
-        name, data = f"{FLAT}/ved-passes-{at * sizes.ved_epochs}", f"{FLAT}/data"
-        settings = {"data": data, "homography": "surface", "seed": 0, "begins_with": before, "train": train}
-        yield Part(name, 38, settings, make_grids, (data, before))
-        before = name
+    settings = {"data": data, "homography": "surface", "seed": 0, "begins_with": before, "train": train}
+    return Part(f"{FLAT}/ved-passes-{2 * sizes.ved_epochs}", 38, settings, make_grids, (data, before))
+
+
+def _latents(sizes):
+    """What those networks' latents tell of an image."""
+    runs = [f"{FLAT}/ved", f"{FLAT}/ved-passes-{2 * sizes.ved_epochs}", f"{FLAT}/ved-by-heart"]
+    settings = {"data": f"{FLAT}/data", "runs": runs}
+    return Part(f"{FLAT}/latents", 1, settings, make_latents, (f"{FLAT}/data", *runs))
 
 
 def _by_heart(sizes):
