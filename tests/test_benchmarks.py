@@ -16,9 +16,9 @@ pytest.importorskip("torch", reason="torch is not installed: pip install 'ogmkit
 
 BENCHMARKS = Path(__file__).resolve().parents[1] / "benchmarks"
 MODULES = (
-    "commands", "bench_parts", "bench_command", "bench_data", "bench_grids", "bench_latents", "planning_gain", "bench_plans",
-    "result_rows", "comparisons", "perception", "planning", "learn_tables", "plan_tables", "assemble",
-    "real_shards", "real_trainings", "real_parts", "real_tables",
+    "commands", "bench_parts", "bench_command", "bench_data", "bench_grids", "bench_latents", "planning_gain",
+    "bench_plans", "result_rows", "comparisons", "perception", "planning", "learn_tables", "plan_tables",
+    "assemble", "real_shards", "real_trainings", "real_parts", "real_tables",
 )  # fmt: skip
 
 
