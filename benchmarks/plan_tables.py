@@ -43,6 +43,10 @@ PAIRS = {
         ("holistic-cv-frozen", "lstm-ed-linear"),
         ("mid-to-end-linear", "lstm-ed-linear"),
         ("mid-to-end-linear", "holistic-frozen"),
+        ("holistic-frozen-fine", "holistic-cv-frozen-fine"),
+        ("holistic-frozen-fine", "holistic-frozen"),
+        ("holistic-cv-frozen-fine", "holistic-cv-frozen"),
+        ("mid-to-end-linear-fine", "mid-to-end-linear"),
     ),
 }
 TITLES = {

@@ -25,6 +25,8 @@ WORLD_SEED = {MASKS: 23, IMAGES: 24, FROZEN: 25}
 UNRENDERED = "16x16"
 """Of a world whose pictures nobody looks at."""
 LINEAR = ["--mean", "linear"]
+COARSE, FINE = 240, 960
+"""Numbers that masks are averaged to, at most; each map by its own aspect."""
 PERCEPTION = f"{IMAGES}/footprints"
 
 
@@ -79,6 +81,10 @@ def parts_of(toy):
         yield _behind_frozen("holistic-cv", seed, sizes)
         yield _from_masks("mid-to-end-linear", ["mid-to-end", *_pooled(), *LINEAR], seed, sizes, FROZEN)
         yield _from_masks("lstm-ed-linear", ["lstm-ed", *LINEAR], seed, sizes, FROZEN)
+    for system in ("holistic", "holistic-cv"):
+        yield _behind_frozen(system, sizes.seeds[0], sizes, FINE)
+    fine = ["mid-to-end", *_pooled(FINE), *LINEAR]
+    yield _from_masks("mid-to-end-linear-fine", fine, sizes.seeds[0], sizes, FROZEN)
 
 
 def _world(world, split, image_size, sizes):
@@ -129,14 +135,15 @@ def _beside(system, seed, sizes, more=()):
     return _planner(f"{system}-linear", [system, *more, *_steps(sizes)], seed, IMAGES, 1)
 
 
-def _behind_frozen(system, seed, sizes):
+def _behind_frozen(system, seed, sizes, cells=COARSE):
     """Trained as long as those on masks."""
-    train = [system, *_images(sizes), *_planning(), *LINEAR, *_pooled(), "--masks", "surface"]
+    train = [system, *_images(sizes), *_planning(), *LINEAR, *_pooled(cells), "--masks", "surface"]
     train += ["--warp", "surface"] if system == "holistic" else []
     train += ["--freeze", "perception", "--epochs", sizes.epochs]
     needs = (f"{FROZEN}/data", PERCEPTION)
     settings = {"data": needs[0], "perception": PERCEPTION, "seed": seed, "train": train}
-    return Part(f"{FROZEN}/{system}-frozen-{seed}", 10, settings, make_planner, needs)
+    name = f"{system}-frozen-fine" if cells == FINE else f"{system}-frozen"
+    return Part(f"{FROZEN}/{name}-{seed}", 10, settings, make_planner, needs)
 
 
 def _holistic(system, seed, frozen, sizes):
@@ -174,8 +181,8 @@ def _images(sizes):
     return [*shape, "--precision", "bf16-mixed"]
 
 
-def _pooled():
-    return ["--pool-cells", 240]
+def _pooled(cells=COARSE):
+    return ["--pool-cells", cells]
 
 
 if __name__ == "__main__":
