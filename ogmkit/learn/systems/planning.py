@@ -81,14 +81,15 @@ class PlannerSystem(System):
     def answer(self, batch: Batch) -> Answer:
         """`mean`, `sigma` and `rho` of the plan, beside what `observed` gives.
 
-        The planner works in 32 bits where all else has 16: three digits of a position are decimetres.
+        The planner has at least 32 bits where all else has 16: three digits of a position are decimetres.
         """
         seen = self.observed(batch)
         destination = None if self.settings.no_destination else batch["future"][:, STEPS]
         features = seen.get("features")
         with torch.autocast(batch["positions"].device.type, enabled=False):
-            told = None if features is None else features.float()
-            plan: Gaussians = self.planner(told, batch["positions"], destination)
+            if features is not None:
+                features = features.to(torch.promote_types(features.dtype, torch.float32))
+            plan: Gaussians = self.planner(features, batch["positions"], destination)
         return {**seen, "mean": plan.mean, "sigma": plan.sigma, "rho": plan.rho}
 
     def losses(self, answer: Answer, batch: Batch) -> dict[str, Tensor]:
