@@ -6,17 +6,15 @@ from pathlib import Path
 import cv2
 import h5py
 import numpy as np
+from bench_shards import extracted
 from measure import show, side_by_side
 
 from ogmkit.footprints.settings import FootprintSettings
 from ogmkit.geometry.camera import image_from_resized
-from ogmkit.nuscenes.dataset import Dataset
-from ogmkit.pipeline.extract import extract
 from ogmkit.pipeline.homography_fit import fit_shards
 from ogmkit.pipeline.render_footprints import RenderFootprints
 from ogmkit.shards.additions import new_group
 from ogmkit.shards.reader import Shard
-from ogmkit.shards.settings import ExtractSettings
 from ogmkit.shards.sink import create
 from ogmkit.synthetic.build import synthesize
 from ogmkit.synthetic.settings import SynthesisSettings
@@ -50,15 +48,7 @@ def prepare(folder):
     )
     synthesize(folder / "dataset", settings)
     out = folder / "shards"
-    with Dataset(folder / "dataset") as dataset:
-        extract(
-            dataset,
-            out,
-            ExtractSettings(),
-            scenes=dataset.scene_names(),
-            splits=dataset.splits(),
-            cache_dir=folder / "cache",
-        )
+    extracted(folder / "dataset", out)
     fit_shards(out, ("surface",))
     return out
 

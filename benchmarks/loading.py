@@ -11,6 +11,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import torch
+from bench_shards import extracted
 from measure import show
 from tiling import tiled
 
@@ -19,13 +20,10 @@ from ogmkit.learn.data.augment import Augmentation
 from ogmkit.learn.data.frames import FrameDataset
 from ogmkit.learn.data.loader import EpochBatches, keep_freed_memory, loader
 from ogmkit.learn.data.sequences import SequenceDataset
-from ogmkit.nuscenes.dataset import Dataset
-from ogmkit.pipeline.extract import extract
 from ogmkit.pipeline.homography_fit import fit_shards
 from ogmkit.pipeline.render_footprints import render_footprints
 from ogmkit.samples.index import index_frames, index_sequences
 from ogmkit.samples.spec import SampleSpec
-from ogmkit.shards.settings import ExtractSettings
 from ogmkit.synthetic.build import synthesize
 from ogmkit.synthetic.settings import SynthesisSettings
 
@@ -68,10 +66,7 @@ def prepare(dataroot, out):
     """A dataset and its shards; returns the scenes' names."""
     synthesize(dataroot, WORLD)
     shrink_images(sorted((dataroot / "samples" / CAMERA).glob("*.jpg")))
-    with Dataset(dataroot) as dataset:
-        scenes = dataset.scene_names()
-        cache = out.parent / "cache"
-        extract(dataset, out, ExtractSettings(), scenes=scenes, splits=dataset.splits(), cache_dir=cache)
+    scenes = extracted(dataroot, out)
     enlarge_maps(dataroot)
     fit_shards(out, ("calibration",))
     render_footprints(out, FootprintSettings("calibration"))

@@ -5,6 +5,7 @@ import time
 from pathlib import Path
 
 import torch
+from bench_shards import extracted
 from measure import show
 
 from ogmkit.learn.catalogue import CATALOGUE
@@ -12,11 +13,8 @@ from ogmkit.learn.checkpoints import KEY, Card, write_checkpoint
 from ogmkit.learn.runs import BEST
 from ogmkit.learn.systems.registry import build_system
 from ogmkit.learn.training.train import train
-from ogmkit.nuscenes.dataset import Dataset
-from ogmkit.pipeline.extract import extract
 from ogmkit.pipeline.homography_fit import fit_shards
 from ogmkit.shards.manifest import read_manifest
-from ogmkit.shards.settings import ExtractSettings
 from ogmkit.synthetic.build import synthesize
 from ogmkit.synthetic.settings import SynthesisSettings
 
@@ -51,16 +49,7 @@ def main():
 def shards_in(folder):
     """Shards of a synthetic world, with homographies."""
     synthesize(folder / "world", WORLD)
-    with Dataset(folder / "world") as dataset:
-        scenes, settings = dataset.scene_names(), ExtractSettings(cameras=(CAMERA,))
-        extract(
-            dataset,
-            folder / "shards",
-            settings,
-            scenes=scenes,
-            splits=dataset.splits(),
-            cache_dir=folder / "cache",
-        )
+    extracted(folder / "world", folder / "shards")
     fit_shards(folder / "shards", ("calibration",))
     return folder / "shards"
 

@@ -105,9 +105,12 @@ def _masks(world, data, homography, sizes, seeds):
             yield _grids(f"{world}/{name}-{seed}", 20, train, data, homography, seed)
 
 
-def _grids(name, minutes, train, data=f"{FLAT}/data", homography="surface", seed=0):
+def _grids(name, minutes, train, data=f"{FLAT}/data", homography="surface", seed=0, before=None):
+    """`before` is the part whose network the training goes on from."""
     settings = {"data": data, "homography": homography, "seed": seed, "train": train}
-    return Part(name, minutes, settings, make_grids, (data,))
+    if before is None:
+        return Part(name, minutes, settings, make_grids, (data,))
+    return Part(name, minutes, settings | {"begins_with": before}, make_grids, (data, before))
 
 
 def _homography(sizes, head):
@@ -139,15 +142,17 @@ def _ved(sizes):
 
 def _ved_on(sizes):
     """Whether more passes help that network: goes on from it, the schedule anew."""
-    data, before = f"{FLAT}/data", f"{FLAT}/ved"
     train = ["ved", *_images(sizes), *_balanced(sizes), *_ved(sizes)]
-    settings = {"data": data, "homography": "surface", "seed": 0, "begins_with": before, "train": train}
-    return Part(f"{FLAT}/ved-passes-{2 * sizes.ved_epochs}", 38, settings, make_grids, (data, before))
+    return _grids(_ved_passes(sizes), 38, train, before=f"{FLAT}/ved")
+
+
+def _ved_passes(sizes):
+    return f"{FLAT}/ved-passes-{2 * sizes.ved_epochs}"
 
 
 def _latents(sizes):
     """What those networks' latents tell of an image."""
-    runs = [f"{FLAT}/ved", f"{FLAT}/ved-passes-{2 * sizes.ved_epochs}", f"{FLAT}/ved-by-heart"]
+    runs = [f"{FLAT}/ved", _ved_passes(sizes), f"{FLAT}/ved-by-heart"]
     settings = {"data": f"{FLAT}/data", "runs": runs}
     return Part(f"{FLAT}/latents", 1, settings, make_latents, (f"{FLAT}/data", *runs))
 

@@ -4,6 +4,7 @@ import tempfile
 from pathlib import Path
 
 import torch
+from bench_shards import extracted
 from measure import show, side_by_side
 
 from ogmkit.grid import GridSpec
@@ -11,8 +12,6 @@ from ogmkit.learn.data import reader
 from ogmkit.learn.data.loader import keep_freed_memory
 from ogmkit.learn.data.sequences import SequenceDataset
 from ogmkit.learn.systems.planning import pooled
-from ogmkit.nuscenes.dataset import Dataset
-from ogmkit.pipeline.extract import extract
 from ogmkit.samples.index import index_sequences
 from ogmkit.samples.spec import SampleSpec
 from ogmkit.shards.settings import ExtractSettings
@@ -49,10 +48,8 @@ def main():
 def shards_in(folder):
     """Shards of a synthetic world."""
     synthesize(folder / "world", WORLD)
-    with Dataset(folder / "world") as dataset:
-        settings = ExtractSettings(TargetSettings(GRID, images="none"), (CAMERA,))
-        scenes, cache = dataset.scene_names(), folder / "cache"
-        extract(dataset, folder / "out", settings, scenes=scenes, splits=dataset.splits(), cache_dir=cache)
+    settings = ExtractSettings(TargetSettings(GRID, images="none"), (CAMERA,))
+    extracted(folder / "world", folder / "out", settings)
     return folder / "out"
 
 

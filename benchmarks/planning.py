@@ -25,6 +25,7 @@ WORLD_SEED = {MASKS: 23, IMAGES: 24, FROZEN: 25}
 UNRENDERED = "16x16"
 """Of a world whose pictures nobody looks at."""
 LINEAR = ["--mean", "linear"]
+FREEZE = ["--freeze", "perception"]
 COARSE, FINE = 240, 960
 """Numbers that masks are averaged to, at most; each map by its own aspect."""
 PERCEPTION = f"{IMAGES}/footprints"
@@ -138,8 +139,7 @@ def _beside(system, seed, sizes, more=()):
 def _behind_frozen(system, seed, sizes, cells=COARSE):
     """Trained as long as those on masks."""
     train = [system, *_images(sizes), *_planning(), *LINEAR, *_pooled(cells), "--masks", "surface"]
-    train += ["--warp", "surface"] if system == "holistic" else []
-    train += ["--freeze", "perception", "--epochs", sizes.epochs]
+    train += [*_warped(system), *FREEZE, "--epochs", sizes.epochs]
     needs = (f"{FROZEN}/data", PERCEPTION)
     settings = {"data": needs[0], "perception": PERCEPTION, "seed": seed, "train": train}
     name = f"{system}-frozen-fine" if cells == FINE else f"{system}-frozen"
@@ -154,12 +154,15 @@ def _holistic(system, seed, frozen, sizes):
     """
     train = [system, *_images(sizes), *_steps(sizes), *_pooled(), "--masks", "surface"]
     train += ["--balance", "weighted"]
-    train += ["--warp", "surface"] if system == "holistic" else []
-    train += ["--freeze", "perception"] if frozen else []
+    train += [*_warped(system), *(FREEZE if frozen else [])]
     needs = (f"{IMAGES}/data", PERCEPTION)
     settings = {"data": needs[0], "perception": PERCEPTION, "seed": seed, "train": train}
     name = f"{system}-frozen" if frozen else system
     return Part(f"{IMAGES}/{name}-{seed}", 6 if frozen else 12, settings, make_planner, needs)
+
+
+def _warped(system):
+    return ["--warp", "surface"] if system == "holistic" else []
 
 
 def _steps(sizes):

@@ -24,8 +24,6 @@ SEQUENCES_OF_TRAINVAL = FRAMES_OF_TRAINVAL - 12 * 700
 SUSTAINED_TFLOPS = 10.0
 """Of a data-centre GPU in 32-bit (TF32) convolutions; an assumption, not a measurement."""
 
-FRAME = ("image", "bev_from_image")
-"""What is known of a frame that is looked at once."""
 
 VARIANTS = {
     **{name: {"system": name} for name in CATALOGUE},
@@ -72,7 +70,8 @@ def once(system):
     """Operations that a frame takes before the first step."""
     if not looks_once(system):
         return 0
-    frame = {name: value.flatten(0, 1)[:1] for name, value in batch_of(system).items() if name in FRAME}
+    batch = batch_of(system)
+    frame = {name: batch[name][0, :1] for name in ("image", "bev_from_image")}
     with FlopCounterMode(display=False) as counter, torch.no_grad():
         system.seen(frame)
     return counter.get_total_flops()
@@ -82,8 +81,8 @@ def step(system):
     """Operations, and bytes kept for the backward pass, a sample."""
     batch = batch_of(system)
     if looks_once(system):
-        batch = {name: value for name, value in batch.items() if name not in (*FRAME, "masks")}
         batch["features"] = torch.rand(1, SEQUENCE, system.feature_size())
+        del batch["masks"]
     storages = {}
 
     def keep(tensor):

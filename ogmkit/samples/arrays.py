@@ -27,7 +27,8 @@ class SampleArrays:
         future: (6, 2) float64, as `past`.
         trajectory_valid: () bool.
         positions: (T, 2) float64 of the ego at each image, level frame of the last one.
-        features: (T, 2, F) float32 that a network made of the frames, and of their mirror images.
+        features: (T, 2, F) float32 that a network made of the frames, and of their mirror images; (T, 1, F)
+            where no frame is mirrored.
         mirrored: whether left and right have changed places.
     """
 

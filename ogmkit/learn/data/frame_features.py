@@ -9,27 +9,27 @@ from ogmkit.learn.data.frame_files import make_file
 from ogmkit.samples.index import FrameIndex
 from ogmkit.typing import BoolArray, Float32Array, IntArray
 
-_MIRRORS = 2
-"""A frame as it is, and its mirror image."""
-
 
 class FrameFeatures:
-    """A file with the features of each frame, and of its mirror image.
+    """A file with the features of each frame and, where frames are mirrored, of its mirror image.
 
     Args:
         path: of the file.
         index: whose samples are made of the frames.
         width: features of a frame.
+        mirrors: 2 with mirror images, else 1.
 
     Attributes:
         path: see above.
         frames: the frames, each once.
+        mirrors: see above.
     """
 
-    def __init__(self, path: Path, index: FrameIndex, width: int) -> None:
+    def __init__(self, path: Path, index: FrameIndex, width: int, mirrors: int) -> None:
         self.path = path
+        self.mirrors = mirrors
         self.frames, self._place = index.single_frames()
-        self._shape = len(self.frames), _MIRRORS, width
+        self._shape = len(self.frames), mirrors, width
         self._file: Float32Array | None = None
 
     def __getstate__(self) -> dict[str, Any]:
@@ -39,7 +39,7 @@ class FrameFeatures:
         """Make the file, whose features are 0 until they are written.
 
         Raises:
-            OutputError: there is no room, or the system refuses to write.
+            OutputError: the disk is too full, or can't be written to.
         """
         size = int(np.prod(self._shape)) * np.dtype(np.float32).itemsize
         make_file(self.path, size, "looking at each image once", "make room, or lower --pool-cells")
@@ -55,7 +55,7 @@ class FrameFeatures:
         self._opened()[frames, mirrored.astype(int)] = features
 
     def read(self, i: int) -> Float32Array:
-        """(T, 2, width) features of the frames of the index's sample i, and of their mirror images."""
+        """(T, mirrors, width) features of the frames of the index's sample i, and of their mirror images."""
         found: Float32Array = self._opened()[self._place[i]]
         return found
 

@@ -19,7 +19,7 @@ def make_file(path: Path, size: int, what: str, remedy: str) -> None:
         remedy: against a lack of room.
 
     Raises:
-        OutputError: there is no room, or the system refuses to write.
+        OutputError: the disk is too full, or can't be written to.
     """
     with output_errors(path):
         free = shutil.disk_usage(path.parent).free

@@ -126,7 +126,7 @@ class FrameDataset(Dataset[Sample]):
         """Keep decoded, resized images and masks in a file, which is made, and is the caller's to remove.
 
         Raises:
-            OutputError: there is no room, or the system refuses to write.
+            OutputError: the disk is too full, or can't be written to.
         """
         self._reader.keep_pixels(path)
 

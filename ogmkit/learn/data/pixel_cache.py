@@ -24,7 +24,7 @@ class PixelCache:
         spec: what their samples hold; images and masks at one size.
 
     Raises:
-        OutputError: there is no room, or the system refuses to write.
+        OutputError: the disk is too full, or can't be written to.
     """
 
     def __init__(self, path: Path, index: FrameIndex, spec: SampleSpec) -> None:

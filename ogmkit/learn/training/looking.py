@@ -59,44 +59,39 @@ class LookingOnce(Callback):
         """Look at all frames; from here on, the weights are there.
 
         Raises:
-            OutputError: there is no room for the files.
+            OutputError: the disk is too full, or can't be written to.
             ShardError, DataFileError: as of any sample.
             Interrupted: Ctrl-C.
         """
         if not isinstance(pl_module, SeeingSystem) or not pl_module.settings.freezes_perception:
             return
         if not pl_module.sees_alike:
-            tell(Found("the frozen perception sees each image anew; without --colour, --pitch, --roll, once"))
+            tell(
+                Found("the frozen perception runs at every step; without --colour, --pitch and --roll, once")
+            )
             return
         data = trainer.datamodule  # type: ignore[attr-defined]  # a ShardDataModule
-        flips = pl_module.settings.flip > 0
+        flipped = 2 if pl_module.settings.flip > 0 else 1
         for name, samples, mirrors in (
-            ("training", data.train_set, (False, True) if flips else (False,)),
-            ("validation", data.val_set, (False,)),
+            ("training", data.train_set, flipped),
+            ("validation", data.val_set, 1),
         ):
             path = trainer.strategy.broadcast(part_of(self._run / f"features-{name}"))
-            features = FrameFeatures(path, samples.index, pl_module.feature_size())
+            features = FrameFeatures(path, samples.index, pl_module.feature_size(), mirrors)
             if trainer.is_global_zero:
                 self._made.append(path)
                 features.make()
             trainer.strategy.barrier()
-            self._fill(trainer, pl_module, features, mirrors, name)
+            self._fill(trainer, pl_module, features, name)
             trainer.strategy.barrier()
             samples.keep_features(features)
 
-    def _fill(
-        self,
-        trainer: Trainer,
-        system: SeeingSystem,
-        features: FrameFeatures,
-        mirrors: tuple[bool, ...],
-        name: str,
-    ) -> None:
+    def _fill(self, trainer: Trainer, system: SeeingSystem, features: FrameFeatures, name: str) -> None:
         """Write the features of all frames; of several devices, this one's share."""
         began, told, done = time.monotonic(), 0.0, 0
-        total = len(features.frames) * len(mirrors)
+        total = len(features.frames) * features.mirrors
         self._interrupts.begin("batch")
-        for batch in _batches(trainer, system, features, mirrors):
+        for batch in _batches(trainer, system, features):
             if self._interrupts.asked:
                 raise Interrupted
             features.write(
@@ -113,12 +108,10 @@ class LookingOnce(Callback):
         tell(Passed(f"looked once at {total:,} {name} images, in {in_words(time.monotonic() - began)}"))
 
 
-def _batches(
-    trainer: Trainer, system: SeeingSystem, features: FrameFeatures, mirrors: tuple[bool, ...]
-) -> Iterator[Batch]:
+def _batches(trainer: Trainer, system: SeeingSystem, features: FrameFeatures) -> Iterator[Batch]:
     """All frames, then their mirror images."""
     settings = system.settings
-    for mirrored in mirrors:
+    for mirrored in range(features.mirrors):
         augment = _ALWAYS_FLIPPED if mirrored else None
         frames = FrameDataset(features.frames, system.frame_spec, augment=augment, compact=True)
         batches = EpochBatches(
